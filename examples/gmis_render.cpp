@@ -53,13 +53,15 @@ bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b
   std::error_code error;
   const fs::file_status status = fs::status(a, error);
   if (fs::exists(status) && !fs::is_regular_file(status)) return false;
-  const auto whole = [&](const fs::path& file) { return fs::weakly_canonical(fs::absolute(file, error), error); };
+  const auto whole = [&](const fs::path& file) {
+    return fs::weakly_canonical(fs::absolute(target_of(file), error), error);
+  };
   return whole(a) == whole(b) || fs::equivalent(a, b, error);
 }
 
-/// Throws when two options write one file, which they need not name.
-void require_different_files(const Options& options) {
-  using File = std::pair<const char*, std::filesystem::path>;
+/// Throws when two options write one file, which they need not name, or one writes what is read.
+void require_different_files(const Options& options, const std::vector<std::filesystem::path>& scene_files) {
+  using File = std::pair<std::string, std::filesystem::path>;
   std::vector<File> files;
   for (const auto& output : options.outputs) files.emplace_back("--out", output);
   files.emplace_back("--stats", options.statistics_file);
@@ -70,14 +72,22 @@ void require_different_files(const Options& options) {
     if (options.halves) files.emplace_back("--halves", file_beside(output, "_b"));
     if (options.denoise) files.emplace_back("--denoise", file_beside(output, "_denoised"));
   }
-  std::erase_if(files, [](const File& one) { return one.second.empty(); });
+  const auto is_nothing = [](const File& one) { return one.second.empty(); };
+  std::erase_if(files, is_nothing);
+  const std::size_t output_count = files.size();
+  for (const auto& file : scene_files) files.emplace_back("the scene's", file);
+  files.emplace_back("--reference", options.reference_file);
+  files.emplace_back("--sky", options.load.sky);
+  for (const auto& file : options.resume_files) files.emplace_back("--resume", file);
+  std::erase_if(files, is_nothing);
   const auto require_different = [](const File& one, const File& other) {
+    if (one.first == "--checkpoint" && other.first == "--resume") return;  // the run goes on
     if (is_same_file(one.second, other.second))
-      throw InputError(std::string(one.first) + " " + one.second.string() + " and " + other.first + " " +
-                       other.second.string() + " are the same file: give each a name of its own");
+      throw InputError(one.first + " " + one.second.string() + " and " + other.first + " " + other.second.string() +
+                       " are the same file: give each a name of its own");
   };
   for (std::size_t i = 0; i < files.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) require_different(files[j], files[i]);
+    for (std::size_t j = 0; j < std::min(i, output_count); ++j) require_different(files[j], files[i]);
 
   // The files in a folder differ from each other.
   std::vector<File> in_folders;
@@ -93,7 +103,7 @@ void require_different_files(const Options& options) {
 }
 
 /// Throws before rendering when the folder of an output or a library for its format is missing.
-void check_outputs(const Options& options) {
+void check_outputs(const Options& options, const std::filesystem::path& scene_file) {
   if (options.denoise && !has_denoiser())
     throw InputError(
         "--denoise: this program is built without Open Image Denoise: install it and rebuild, or give a denoiser "
@@ -109,7 +119,7 @@ void check_outputs(const Options& options) {
   require_folder(options.statistics_file, "--stats");
   require_folder(options.log_file, "--log");
   require_folder(options.checkpoint_file, "--checkpoint");
-  require_different_files(options);
+  require_different_files(options, {scene_file});
   for (const auto& output : options.outputs) require_writable(output);
   if (!options.statistics_file.empty()) require_writable(options.statistics_file);
   if (!options.log_file.empty()) require_writable(options.log_file);
@@ -326,9 +336,10 @@ int run(Options options, const gmis::RanksRef& ranks) {
   LoadedScene loaded;
   RenderRequest request;
   on_all_ranks(ranks, [&] {
-    if (!options.replay && is_first) check_outputs(options);
-    loaded = load_scene(scene_file_of(options), options.size,
-                        options.lenient ? Strictness::lenient : Strictness::strict, options.lights, options.load);
+    const std::filesystem::path file = scene_file_of(options);
+    if (!options.replay && is_first) check_outputs(options, file);
+    loaded = load_scene(file, options.size, options.lenient ? Strictness::lenient : Strictness::strict, options.lights,
+                        options.load);
     request = request_of(options, *loaded.built);
   });
   const BuiltScene& scene = *loaded.built;
@@ -342,9 +353,9 @@ int run(Options options, const gmis::RanksRef& ranks) {
     reference = read_reference(options.reference_file, request, scene.scene().camera().resolution());
 
   on_all_ranks(ranks, [&] {
-    if (!options.outputs.empty() || !is_first) return;
-    options.outputs.push_back(default_output(scene, options.quiet));
-    require_different_files(options);
+    if (!is_first) return;
+    if (options.outputs.empty()) options.outputs.push_back(default_output(scene, options.quiet));
+    require_different_files(options, loaded.files);
   });
 
   const auto has_layers = [](const std::filesystem::path& file) { return ending_of(file) == ".exr"; };

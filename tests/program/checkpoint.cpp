@@ -109,7 +109,8 @@ TEST_CASE("a checkpoint that does not fit: exit code 2, and a message that names
   refused(same + "--resume a.checkpoint --max-depth 3", "the greatest depth differs: 16, not 3");
   refused(same + "--resume a.checkpoint --alpha 0.5", "alpha differs");
   refused(same + "--resume none.checkpoint", "none.checkpoint: there is no such file");
-  refused(same + "--resume a.pfm", "--resume a.pfm: this is no checkpoint of this version");
+  fs::copy_file(folder / "a.pfm", folder / "b.pfm");
+  refused(same + "--resume b.pfm", "--resume b.pfm: this is no checkpoint of this version");
   refused(
       "cornell --size 8x8 --integrator bpt --connections 1 --iterations 2 --quiet --out a.pfm --resume a.checkpoint",
       "--resume a.checkpoint: the checkpoint is of another run: the integrator differs: vcm, not bpt");

@@ -93,6 +93,25 @@ TEST_CASE("A file that is written beside an output is named by no other option")
   }
 }
 
+TEST_CASE("An output overwrites no input, but a checkpoint the one that the run goes on from") {
+  const ScratchFolder folder;
+  const std::string scene = "Camera \"perspective\" WorldBegin LightSource \"infinite\" Include \"ball.pbrt\"\n";
+  std::ofstream(folder / "s.pbrt") << scene;
+  std::ofstream(folder / "ball.pbrt") << "Translate 0 0 -5 Shape \"sphere\"\n";
+  const std::string small = "s.pbrt --size 8x8 --iterations 1 --quiet ";
+  REQUIRE(run(folder, small + "--out r.pfm --checkpoint 1.ck").exit_code == 0);
+  const auto refused = [&](const std::string& arguments, const std::string& one, const std::string& other) {
+    check_refused(folder, small + arguments, one + " and " + other + " are the same file: give each a name of its own");
+  };
+  refused("--reference r.pfm --out ./r.pfm", "--out ./r.pfm", "--reference r.pfm");
+  refused("--sky r.pfm --out r.pfm", "--out r.pfm", "--sky r.pfm");
+  refused("--out a.pfm --log s.pbrt", "--log s.pbrt", "the scene's s.pbrt");
+  refused("--out a.pfm --log ball.pbrt", "--log ball.pbrt", "the scene's ball.pbrt");
+  refused("--resume 1.ck --resume 2.ck --out a.pfm --stats 1.ck", "--stats 1.ck", "--resume 1.ck");
+  CHECK(text_of(folder / "s.pbrt") == scene);
+  CHECK(run(folder, small + "--resume 1.ck --checkpoint 1.ck --out r.pfm").exit_code == 0);
+}
+
 TEST_CASE("The ending of a file means the same in capitals") {
   using namespace gmis::tools;
   const ScratchFolder folder;
