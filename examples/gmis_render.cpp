@@ -417,7 +417,8 @@ int run(Options options, const gmis::RanksRef& ranks) {
   std::optional<TevViewer> viewer;
   if (!options.tev_address.empty() && is_first) {
     viewer.emplace(options.tev_address, "gmis-render");
-    if (!viewer->warning().empty()) std::fprintf(stderr, "gmis-render: warning: %s\n", viewer->warning().c_str());
+    if (!options.quiet && !viewer->warning().empty())
+      std::fprintf(stderr, "gmis-render: warning: %s\n", viewer->warning().c_str());
     request.seconds_between_pictures = std::min(options.write_every, 1.0);
   }
   auto last_written = std::chrono::steady_clock::now();

@@ -13,6 +13,7 @@
 #if __has_include(<sys/socket.h>)
 #include <netdb.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/types.h>
 #include <unistd.h>
 #endif
@@ -104,13 +105,16 @@ TevViewer::TevViewer(const std::string& address, std::string name) : address_(ad
   int reason = 0;
   for (const addrinfo* place = found; place != nullptr && socket_ < 0; place = place->ai_next) {
     socket_ = ::socket(place->ai_family, place->ai_socktype, place->ai_protocol);
+    // A viewer that does not answer or read must not hold up the rendering.
+    constexpr timeval patience{2, 0};
+    if (socket_ >= 0) ::setsockopt(socket_, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
     if (socket_ < 0 || ::connect(socket_, place->ai_addr, place->ai_addrlen) == 0) continue;
     reason = errno;
     ::close(socket_);
     socket_ = -1;
   }
   ::freeaddrinfo(found);
-  if (socket_ < 0) give_up(std::strerror(reason));
+  if (socket_ < 0) give_up(std::strerror(reason == EINPROGRESS ? ETIMEDOUT : reason));
 }
 
 TevViewer::~TevViewer() {

@@ -21,8 +21,8 @@ namespace gmis::tools {
 /// "UpdateImageV3" (6): all pixels of the image of this name.
 [[nodiscard]] std::string tev_update_message(std::string_view name, const Image& image);
 
-/// A connection to a viewer. A viewer that is not there, or goes away, is no error: `warning` then
-/// says so, and pictures are no longer sent.
+/// A connection to a viewer. A viewer that is not there, goes away or reads nothing for two seconds
+/// is no error: `warning` then says so, and pictures are no longer sent.
 class TevViewer {
  public:
   /// `address`: HOST:PORT. Throws `InputError` for any other text. `name`: of the picture in the

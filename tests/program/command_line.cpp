@@ -232,6 +232,16 @@ TEST_CASE("Effects that a scene does not have: a black picture, and a line that 
   CHECK(run(folder, small + "--effects caustics-only --quiet --out a.pfm").err.empty());
 }
 
+TEST_CASE("A viewer that is not there is a warning, of which --quiet says nothing") {
+  const ScratchFolder folder;
+  for (const bool is_quiet : {false, true}) {
+    const Outcome outcome = run(folder, small + "--tev localhost:1 --out a.pfm" + (is_quiet ? " --quiet" : ""));
+    CAPTURE(outcome.err);
+    CHECK(outcome.exit_code == 0);
+    CHECK(outcome.err.empty() == is_quiet);
+  }
+}
+
 TEST_CASE("Help, version and the list of scenes go to standard output") {
   const ScratchFolder folder;
   const Outcome help = run(folder, "--help");

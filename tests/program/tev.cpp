@@ -159,6 +159,13 @@ TEST_CASE("a viewer that is not there is a warning, a text that is no address an
     CHECK_THROWS_AS(gmis::tools::TevViewer(wrong, "a picture"), gmis::tools::InputError);
 }
 
+TEST_CASE("a viewer that reads nothing is a warning") {
+  const Listener listener;  // accepts no connection: the system alone takes what it has room for
+  gmis::tools::TevViewer viewer(listener.address(), "a picture");
+  viewer.show(Image(2048, 2048));
+  CHECK_FALSE(viewer.warning().empty());
+}
+
 TEST_CASE("a viewer that goes away while pictures are sent is a warning") {
   const Listener listener;
   gmis::tools::TevViewer viewer(listener.address(), "a picture");
