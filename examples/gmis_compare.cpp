@@ -22,7 +22,7 @@ using namespace gmis::tools;
 struct RawOptions {
   std::vector<std::string> integrators{"pt", "bpt", "vcm", "gmis"};
   std::vector<std::string> reference_integrators{"bpt"};
-  std::string size, radius, figure;
+  std::string size, radius, figure, seed;
   double seconds = 0, error = 0, reference_seconds = 0;
 };
 
@@ -35,17 +35,15 @@ void declare(CLI::App& app, ComparisonRequest& request, RawOptions& raw) {
   app.add_option("--error", raw.error, "Stop a run when its error against the reference has fallen to this value");
   app.add_option("--seeds", request.seeds, "Runs of every integrator (3)")->check(CLI::Range(1, 1000));
   app.add_option("--size", raw.size, "WIDTHxHEIGHT in pixels (the film's)");
-  app.add_option("--seed", request.settings.seed, "The first seed (0)");
+  app.add_option("--seed", raw.seed, "The first seed (0)");
   app.add_option("--threads", request.settings.threads,
                  "Threads (all cores); no more than there are processors are used")
       ->check(CLI::Range(1, 4096));
-  app.add_option("--max-depth", request.settings.max_depth, "Most segments of a path (16)")->check(CLI::Range(1, 256));
+  app.add_option("--max-depth", request.settings.max_depth, "Most segments of a path (16)");
   app.add_option("--radius", raw.radius,
                  "Merging radius in pixel widths, or with the suffix u in scene units (0.4 pixel widths)");
-  app.add_option("--alpha", request.settings.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)")
-      ->check(CLI::Range(0.01, 1.0));
-  app.add_option("--light-paths", request.settings.light_paths, "Light trees per pixel (1)")
-      ->check(CLI::Range(0.001, 1000.0));
+  app.add_option("--alpha", request.settings.alpha, "The radius shrinks as i^((alpha-1)/2) (2/3)");
+  app.add_option("--light-paths", request.settings.light_paths, "Light trees per pixel (1)");
   app.add_option("--reference", request.reference,
                  "The true image, .exr or .pfm (made by a long run and kept in the folder of --out)");
   app.add_option("--reference-integrator", raw.reference_integrators,
@@ -60,9 +58,12 @@ void check(const CLI::App& app, ComparisonRequest& request, const RawOptions& ra
   for (const std::string& name : raw.integrators) request.contenders.push_back(contender_of(name));
   if (!raw.size.empty()) request.size = size_of(raw.size);
   if (!raw.radius.empty()) request.settings.radius = radius_of(raw.radius);
+  if (!raw.seed.empty()) request.settings.seed = seed_of(raw.seed);
+  require_in_range(request.settings);
   const auto above_zero = [&](const char* option, double value) {
-    if (app.count(option) > 0 && !(value > 0)) throw InputError(std::string(option) + " must be above 0");
-    return app.count(option) > 0;
+    const bool is_given = app.count(option) > 0;
+    if (is_given) require_above_zero(option, value);
+    return is_given;
   };
   if (above_zero("--time", raw.seconds)) request.cpu_seconds = raw.seconds;
   if (above_zero("--error", raw.error)) request.error = raw.error;
@@ -109,8 +110,10 @@ int run(ComparisonRequest request, const std::string& figure) {
     std::printf("\n%s\n", text_of(table_of(comparison.scenes.back())).c_str());
     std::fflush(stdout);
   };
-  if (!figure.empty() && !has_gnuplot())
-    throw InputError("--figure " + figure + " is drawn by gnuplot, which is missing");
+  if (!figure.empty()) {
+    if (!has_gnuplot()) throw InputError("--figure " + figure + " is drawn by gnuplot, which is missing");
+    require_writable(figure);
+  }
   const Comparison comparison = compare(request, executor);
   write_report(comparison, request.folder);
   if (!figure.empty()) {

@@ -109,10 +109,6 @@ std::array<int, 4> crop_of(const std::string& text) {
   return *crop;
 }
 
-void require_above_zero(const char* option, double value) {
-  if (!(value > 0) || !std::isfinite(value)) throw InputError(std::string(option) + " must be above 0");
-}
-
 /// Names of integrators: "auto, bpt, vcm or gmis".
 std::string names_of_those(bool (*is_meant)(IntegratorChoice)) {
   std::vector<std::string> names;
@@ -338,6 +334,21 @@ std::array<int, 2> size_of(const std::string& text) {
   return *size;
 }
 
+std::uint64_t seed_of(const std::string& text) {
+  return whole_number_of<std::uint64_t>("--seed", text);
+}
+
+void require_above_zero(const char* option, double value) {
+  if (!(value > 0) || !std::isfinite(value)) throw InputError(std::string(option) + " must be above 0 and finite");
+}
+
+void require_in_range(const Options& options) {
+  if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");
+  if (options.light_paths) require_above_zero("--light-paths", *options.light_paths);
+  if (options.light_paths > 1000.0) throw InputError("--light-paths must be at most 1000");
+  if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");
+}
+
 PathChoice path_choice_of(const std::string& text) {
   PathChoice choice;
   const char* position = text.data();
@@ -433,17 +444,14 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
   options.tone = tone_of(raw.tone);
   if (given("--size")) options.size = size_of(raw.size);
   if (given("--crop")) options.crop = crop_of(raw.crop);
-  if (options.max_depth < 1 || options.max_depth > 256) throw InputError("--max-depth must be from 1 to 256");
+  require_in_range(options);
   if (given("--radius")) options.radius = radius_of(raw.radius);
-  if (options.light_paths) require_above_zero("--light-paths", *options.light_paths);
-  if (options.light_paths > 1000.0) throw InputError("--light-paths must be at most 1000");
-  if (!(options.alpha > 0 && options.alpha <= 1)) throw InputError("--alpha must be above 0 and at most 1");
   if (given("--threads") && (options.threads < 1 || options.threads > 4096))
     throw InputError("--threads must be from 1 to 4096");
   if (given("--isa") && raw.isa != instruction_set)
     throw InputError("--isa " + in_quotes(raw.isa) + ": this program is compiled for " + std::string(instruction_set) +
                      "; ./run --isa LEVEL path gmis-render builds one for x86-64 or x86-64-v3 and prints where it is");
-  if (given("--seed")) options.seed = whole_number_of<std::uint64_t>("--seed", raw.seed);
+  if (given("--seed")) options.seed = seed_of(raw.seed);
   if (given("--iterations")) {
     options.part = run_part_of(raw.iterations);
     options.iterations =

@@ -115,6 +115,10 @@ inline constexpr std::array all_integrators{IntegratorChoice::pt,  IntegratorCho
 [[nodiscard]] std::array<int, 2> size_of(const std::string& text);
 [[nodiscard]] PathChoice path_choice_of(const std::string& text);
 [[nodiscard]] RadiusChoice radius_of(const std::string& text);
+[[nodiscard]] std::uint64_t seed_of(const std::string& text);
+void require_above_zero(const char* option, double value);
+/// Depth, number of light trees and alpha, which must be in their ranges.
+void require_in_range(const Options& options);
 [[nodiscard]] std::string argument_of(double value);                ///< the shortest text that reads as this value
 [[nodiscard]] std::string argument_of(const RadiusChoice& radius);  ///< what `radius_of` reads
 [[nodiscard]] std::string text_of(const RadiusChoice& radius);      ///< for a reader

@@ -40,7 +40,7 @@ fs::path find_scene(const std::string& name) {
     const fs::path file = built_in_scene_folder() / (fs::path(name).extension() == ".pbrt" ? name : name + ".pbrt");
     if (fs::is_regular_file(file, error)) return file;
   }
-  throw InputError(name + ": there is no such file and no built-in scene of that name: see --list-scenes");
+  throw InputError(name + ": there is no such file and no built-in scene of that name: see gmis-render --list-scenes");
 }
 
 }  // namespace gmis::tools

@@ -42,8 +42,10 @@ TEST_CASE("Bad usage of gmis-compare: exit code 2 and one line that says what to
   // options words the middle.
   for (const auto& [arguments, start, end] :
        {Case{"", "", "scenes is required; see --help"},
-        Case{"no_such_scene",
-             "no_such_scene: there is no such file and no built-in scene of that name: ", "see --list-scenes"},
+        Case{"no_such_scene", "no_such_scene: there is no such file and no built-in scene of that name: ",
+             "see gmis-render --list-scenes"},
+        Case{"cornell no_such_scene", "no_such_scene: there is no such file and no built-in scene of that name: ",
+             "see gmis-render --list-scenes"},
         Case{"cornell --integrators pt,magic",
              "--integrators \"magic\" is not known: ", "use auto, pt, lt, bpt, ppm, bpm, vcm or gmis"},
         Case{"cornell --integrators vcm/paper", "\"vcm/paper\": ", "only gmis splits"},
@@ -56,7 +58,12 @@ TEST_CASE("Bad usage of gmis-compare: exit code 2 and one line that says what to
         Case{"cornell --out /proc/x", "--out /proc/x: ", "this folder cannot be created"},
         Case{"cornell cornell.pbrt", "cornell and cornell.pbrt would write the same files, cornell_*: ",
              "rename one, or compare them one by one, each with a folder of its own in --out"},
-        Case{"cornell --time 0", "--time ", "must be above 0"}, Case{"cornell --seeds 0", "--seeds: ", "; see --help"},
+        Case{"cornell --time 0", "--time ", "must be above 0 and finite"},
+        Case{"cornell --error inf", "--error ", "must be above 0 and finite"},
+        Case{"cornell --light-paths nan", "--light-paths ", "must be above 0 and finite"},
+        Case{"cornell --alpha nan", "--alpha ", "must be above 0 and at most 1"},
+        Case{"cornell --seed -1", "--seed \"-1\" ", "must be a whole number from 0 to 18446744073709551615"},
+        Case{"cornell --seeds 0", "--seeds: ", "; see --help"},
         Case{"cornell --size big", "--size \"big\" ", "must be WIDTHxHEIGHT, each from 1 to 32768"},
         Case{"cornell paper1 --reference a.pfm", "--reference is for one scene: ", "name one, or leave the option out"},
         Case{"cornell --reference absent.pfm", "absent.pfm: ", "this image is missing: check its name"},
@@ -125,6 +132,9 @@ TEST_CASE("A scene that was edited gets a reference of its own") {
 
 TEST_CASE("The curves of all scenes as one picture") {
   const ScratchFolder folder;
+  const Outcome nowhere = run(folder, "cornell --figure absent/all.svg");
+  CHECK(nowhere.exit_code == 2);
+  CHECK(nowhere.out.empty());  // before the first rendering
   const Outcome drawn =
       run(folder, "cornell paper2 --integrators pt,vcm --size 8x6 --time 0.05 --seeds 1 --out here --figure all.svg");
   if (drawn.err.find("gnuplot was not found") != std::string::npos) {
@@ -149,6 +159,7 @@ TEST_CASE("Ctrl-C in the middle of a comparison leaves a valid report of the res
   REQUIRE(child >= 0);
   if (child == 0) {
     if (chdir(folder.path.c_str()) != 0) _exit(99);
+    std::signal(SIGINT, SIG_DFL);  // what runs this test may ignore it
     if (std::freopen("said.txt", "w", stdout) == nullptr) _exit(97);
     execl(GMIS_RENDER_PROGRAM, "gmis-compare", "cornell", "paper1", "--size", "8x8", "--time", "1000",
           "--reference-time", "0.2", "--out", "here", static_cast<char*>(nullptr));

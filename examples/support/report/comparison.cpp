@@ -308,6 +308,7 @@ Comparison compare(const ComparisonRequest& request, ThreadedExecutor& executor)
   comparison.version = GMIS_VERSION;
   comparison.seeds = request.seeds;
   refuse_equal_names(request.scenes);
+  for (const std::string& name : request.scenes) (void)find_scene(name);
   executor.stop_when(request.interrupted);
   for (const std::string& name : request.scenes) {
     LoadedScenes scenes(request, name);
