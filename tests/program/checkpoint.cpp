@@ -108,6 +108,8 @@ TEST_CASE("a checkpoint that does not fit: exit code 2, and a message that names
   refused(same + "--resume a.checkpoint --seed 1", "the seed differs: 0, not 1");
   refused(same + "--resume a.checkpoint --max-depth 3", "the greatest depth differs: 16, not 3");
   refused(same + "--resume a.checkpoint --alpha 0.5", "alpha differs");
+  refused(same + "--resume a.checkpoint --halves",
+          "what is kept differs: picture + errors, not picture + errors + halves");
   refused(same + "--resume none.checkpoint", "none.checkpoint: there is no such file");
   fs::copy_file(folder / "a.pfm", folder / "b.pfm");
   refused(same + "--resume b.pfm", "--resume b.pfm: this is no checkpoint of this version");

@@ -141,10 +141,14 @@ GMIS_RARE [[nodiscard]] inline RunIdentity identity_of(const RenderRequest& requ
   std::string candidates;
   for (const SampleCounts& one : request.candidates) candidates.append(detail::text_of(one)).push_back(';');
   identity.add("the set of candidates", std::move(candidates));
-  std::string kept;
-  for (const bool is_kept : {request.intervals || request.budget.relative_error, request.halves, request.techniques,
-                             request.class_pictures, request.light_pictures})
-    kept.push_back(is_kept ? '1' : '0');
+  const std::pair<bool, const char*> parts_kept[] = {{request.intervals || request.budget.relative_error, "errors"},
+                                                     {request.halves, "halves"},
+                                                     {request.techniques, "images of techniques"},
+                                                     {request.class_pictures, "images of path classes"},
+                                                     {request.light_pictures, "images of lights"}};
+  std::string kept = "picture";
+  for (const auto& [is_kept, name] : parts_kept)
+    if (is_kept) kept.append(" + ").append(name);
   identity.add("what is kept", std::move(kept));
   std::string part = "all of it";
   if (request.part) {
