@@ -397,6 +397,9 @@ std::optional<Options> parse_command_line(int argc, char** argv) {
     std::fputs((raw.manual ? manual_page(summary) : completion_script(summary, raw.completion)).c_str(), stdout);
     return {};
   }
+  for (const CLI::Option* option : app.get_options())
+    for (const std::string& value : option->results())
+      if (value.empty()) throw InputError(option->get_name() + " is empty: give it a value, or leave it out");
   const auto given = [&](const char* option) { return app.count(option) > 0; };
 
   // --split and --scheme imply --integrator gmis.
