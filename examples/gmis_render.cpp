@@ -523,7 +523,10 @@ int gmis::tools::render_program(int argc, char** argv, const RanksRef& ranks) {
           ", whose instructions this processor lacks: configure with -DGMIS_ISA=x86-64, or take ./run --isa "
           "x86-64 path gmis-render");
     const std::optional<Options> options = parse_command_line(argc, argv);
-    return options ? run(*options, ranks) : done;
+    const int code = options ? run(*options, ranks) : done;
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      throw std::runtime_error("standard output cannot be written: check that it has space");
+    return code;
   } catch (const InputError& error) {
     return ranks.is_first() ? fail(bad_input, error.what()) : bad_input;
   } catch (const std::bad_alloc&) {

@@ -197,6 +197,16 @@ TEST_CASE("What cannot be written is said before the work: exit code 2 and one l
   }
 }
 
+TEST_CASE("A standard output that takes nothing is a failure: exit code 1 and one line") {
+  const ScratchFolder folder;
+  for (const std::string arguments : {"--list-scenes", "--check cornell", "--version"}) {
+    CAPTURE(arguments);
+    const Outcome outcome = run(folder, arguments + " >/dev/full 2>stderr.txt #");
+    CHECK(outcome.exit_code == 1);
+    CHECK(outcome.err == "gmis-render: standard output cannot be written: check that it has space\n");
+  }
+}
+
 TEST_CASE("A run that found nothing is finished by --error late, and says so") {
   const ScratchFolder folder;
   // Light that is seen directly and nothing else: every iteration is the same.
