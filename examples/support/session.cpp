@@ -138,10 +138,10 @@ extern "C" void on_signal(int signal) {
 
 const std::atomic<bool>& interrupt_flag() {
   static_assert(std::atomic<bool>::is_always_lock_free);
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
-  // A terminal that is closed ends the run, unless nohup said that it must not.
-  if (std::signal(SIGHUP, on_signal) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
+  // A closed terminal ends the run, too. What the caller ignores, as nohup or a shell's job in the
+  // background does, stays ignored.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+    if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
   return interrupted;
 }
 

@@ -37,7 +37,8 @@ namespace gmis::tools {
 /// Names the scene of the request: what it describes, and a digest of each of its files.
 void identify_scene(RenderRequest& request, const LoadedScene& loaded);
 
-/// Set from now on by Ctrl-C, SIGTERM and SIGHUP; a second one ends the program at once.
+/// Set from now on by Ctrl-C, SIGTERM and SIGHUP, but for those that the caller ignores; a second
+/// one ends the program at once.
 [[nodiscard]] const std::atomic<bool>& interrupt_flag();
 
 }  // namespace gmis::tools
