@@ -8,8 +8,8 @@
 namespace gmis::tools {
 
 /// The limit on the memory that the reading of one scene takes. All that a file can make large is
-/// counted here before the memory is taken: bytes read and unpacked, texels, triangles, numbers of
-/// accessors; and how often files are opened.
+/// counted here before the memory is taken: bytes read and unpacked, texels, shapes, numbers of
+/// accessors, materials, lights; and how often files are opened.
 class LoadBudget {
  public:
   /// In bytes; three quarters of the memory of this machine if it is not given.
@@ -33,5 +33,7 @@ class LoadBudget {
 
 /// About what a triangle takes once all is built: in the description, the builder and the scene.
 inline constexpr std::uintmax_t bytes_of_triangle = 500;
+/// About what a material, a light, a texture or a name takes once all is built.
+inline constexpr std::uintmax_t bytes_of_element = 1000;
 
 }  // namespace gmis::tools

@@ -4,12 +4,30 @@
 #include <cmath>
 #include <numbers>
 
+#include "support/load_budget.hpp"
+
 namespace gmis::tools {
 
 void add_file(SceneDescription& scene, const std::filesystem::path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return;
   if (std::find(scene.files.begin(), scene.files.end(), file) == scene.files.end()) scene.files.push_back(file);
+}
+
+std::size_t triangle_count(const ShapeDescription& shape) {
+  const auto* mesh = std::get_if<MeshDescription>(&shape.geometry);
+  return mesh == nullptr ? 1 : mesh->triangles.size();
+}
+
+std::uintmax_t bytes_of(const ShapeDescription& shape) {
+  const auto* mesh = std::get_if<MeshDescription>(&shape.geometry);
+  if (mesh == nullptr) return sizeof shape;
+  const auto bytes = [](const auto& list) { return list.size() * sizeof list[0]; };
+  return sizeof shape + bytes(mesh->positions) + bytes(mesh->normals) + bytes(mesh->triangles) + bytes(mesh->uv);
+}
+
+std::uintmax_t built_bytes_of(const ShapeDescription& shape) {
+  return bytes_of(shape) + triangle_count(shape) * bytes_of_triangle;
 }
 
 std::array<double, 4> picture_window(const CameraDescription& camera, int width, int height) {

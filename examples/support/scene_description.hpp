@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
@@ -195,6 +197,13 @@ struct SceneDescription {
   std::vector<LightDescription> lights;
   std::vector<std::filesystem::path> files;  ///< that it was read from: scenes, meshes, images, spectra; each once
 };
+
+/// A sphere counts as one.
+[[nodiscard]] std::size_t triangle_count(const ShapeDescription& shape);
+/// Memory that the description takes.
+[[nodiscard]] std::uintmax_t bytes_of(const ShapeDescription& shape);
+/// About what it takes once all is built: in the description, the builder and the scene.
+[[nodiscard]] std::uintmax_t built_bytes_of(const ShapeDescription& shape);
 
 /// Adds a file to `SceneDescription::files` unless it is there, or no regular file.
 void add_file(SceneDescription& scene, const std::filesystem::path& file);

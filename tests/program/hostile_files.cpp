@@ -65,7 +65,18 @@ bool limit_program() {
 }
 const bool is_limited = limit_program();
 
-const LoadOptions small_memory{std::uintmax_t{64} << 20, {}, {}};
+const LoadOptions small_memory{std::uintmax_t{64} << 20, {}, {}}, little_memory{std::uintmax_t{1} << 20, {}, {}};
+
+/// `count` times the number 0.
+std::string zeros(std::size_t count) {
+  std::string text;
+  for (std::size_t i = 0; i < count; ++i) text += "0 ";
+  return text;
+}
+
+/// A triangle beside 30 000 vertices that it does not use, which take 720 kB as they are described.
+const std::string wide_triangle =
+    "Shape \"trianglemesh\" \"point3 P\" [ 1 0 0  0 1 0  0 0 1 " + zeros(90'000) + "] \"integer indices\" [ 0 1 2 ]\n";
 
 }  // namespace
 
@@ -168,6 +179,63 @@ TEST_CASE("Instances are counted before they are copied") {
   for (int i = 0; i < 20'000; ++i) text += "ObjectInstance \"many\"\n";
   CHECK_THAT(pbrt_error(text, small_memory), Contains("the 20000000 triangles of all instances"));
   CHECK_THAT(pbrt_error(text, small_memory), Contains("--max-memory"));
+}
+
+TEST_CASE("Vertices count where a mesh has few triangles, and in each of its copies") {
+  std::string text = "WorldBegin ObjectBegin \"wide\"\n" + wide_triangle + "ObjectEnd\n";
+  for (int i = 0; i < 100; ++i) text += "ObjectInstance \"wide\"\n";
+  CHECK_THAT(pbrt_error(text, small_memory),
+             Contains("the 100 triangles of all instances") && Contains("--max-memory"));
+  std::string meshes = "WorldBegin\n";
+  for (int i = 0; i < 100; ++i) meshes += wide_triangle;
+  CHECK_THAT(pbrt_error(meshes, small_memory), Contains("--max-memory"));
+  const ScratchFolder folder;
+  write(folder, "a.gltf",
+        gltf("\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0,\"extensions\":{\"EXT_mesh_gpu_instancing\":{"
+             "\"attributes\":{\"TRANSLATION\":1}}}}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+             "\"indices\":2}]}],\"accessors\":[{\"componentType\":5126,\"count\":30000,\"type\":\"VEC3\"},"
+             "{\"componentType\":5126,\"count\":100,\"type\":\"VEC3\"},"
+             "{\"componentType\":5125,\"count\":3,\"type\":\"SCALAR\"}]"));
+  CHECK_THAT(error_of(folder.path / "a.gltf", small_memory), Contains("mesh 0 would take") && Contains("--max-memory"));
+}
+
+TEST_CASE("The numbers of a parameter are counted while they are read") {
+  CHECK_THAT(pbrt_error("WorldBegin\n" + wide_triangle, little_memory), Contains("parameter \"P\" would take"));
+}
+
+TEST_CASE("Blocks share what Attribute sets, and each change of it is counted") {
+  const std::string set = "WorldBegin Attribute \"shape\" \"point3 N\" [ " + zeros(300'000) + "]\n";
+  std::string begin, change, end;
+  for (int i = 0; i < 1000; ++i) {
+    begin += "AttributeBegin\n";
+    change += "AttributeBegin Attribute \"shape\" \"float x\" 1\n";
+    end += "AttributeEnd\n";
+  }
+  CHECK_THAT(pbrt_error(set + begin + end, small_memory), Contains("holds no shape"));
+  CHECK_THAT(pbrt_error(set + change + end, small_memory), Contains("Attribute would take"));
+  const std::string name(200'000, 'n');
+  CHECK_THAT(pbrt_error("MakeNamedMedium \"" + name + "\" \"rgb sigma_s\" [ 0 0 0 ]\nMediumInterface \"" + name +
+                            "\" \"\" WorldBegin\n" + begin + end,
+                        small_memory),
+             Contains("AttributeBegin would take"));
+}
+
+TEST_CASE("What is small is counted, too, where a file has much of it") {
+  for (const std::string directive :
+       {"Material \"diffuse\"", "LightSource \"point\"", "Texture \"t\" \"float\" \"constant\"", "Shape \"sphere\"",
+        "Scale 1 2 1 Shape \"sphere\"", "CoordinateSystem \"c\"", "MakeNamedMedium \"m\""}) {
+    std::string text = "WorldBegin\n";
+    for (int i = 0; i < 2000; ++i) text += directive + "\n";
+    CAPTURE(directive);
+    CHECK_THAT(pbrt_error(text + triangle, little_memory), Contains("would take") && Contains("--max-memory"));
+  }
+  std::string names = "WorldBegin\n", objects = names;
+  for (int i = 0; i < 2000; ++i) {
+    names += "MakeNamedMaterial \"" + std::to_string(i) + "\" \"string type\" \"interface\"\n";
+    objects += "ObjectBegin \"" + std::to_string(i) + "\" ObjectEnd\n";
+  }
+  CHECK_THAT(pbrt_error(names + triangle, little_memory), Contains("MakeNamedMaterial would take"));
+  CHECK_THAT(pbrt_error(objects + triangle, little_memory), Contains("ObjectBegin would take"));
 }
 
 TEST_CASE("Objects without an instance are counted, and subdivision before it is done", "[long]") {

@@ -194,17 +194,12 @@ class Reader {
       }
       n /= length;
     }
+    const ShapeDescription shape{std::move(mesh),   material.number,  material.emission,
+                                 document_.where(), material.opacity, material.absorption};
     for (const glm::dmat4& place : bones.empty() ? places : std::vector{glm::dmat4(1)}) {
-      document_.budget().take(mesh.triangles.size(), bytes_of_triangle, primitive.name(), document_.where());
-      ShapeDescription shape;
-      shape.geometry = mesh;
-      shape.material = material.number;
-      shape.emission = material.emission;
-      shape.opacity = material.opacity;
-      shape.absorption = material.absorption;
-      shape.where = document_.where();
+      document_.budget().take(built_bytes_of(shape), primitive.name(), document_.where());
       if (pbrt::is_invertible_affine(place))  // else it is scaled to nothing
-        scene_.shapes.push_back(*pbrt::transformed(std::move(shape), place));
+        scene_.shapes.push_back(*pbrt::transformed(shape, place));
     }
   }
 

@@ -36,12 +36,13 @@ bool is_within_range(const ShapeDescription& shape) {
   return std::all_of(positions.begin(), positions.end(), near);
 }
 
-/// Memory that the description takes.
-std::uintmax_t bytes_of(const ShapeDescription& shape) {
-  const auto* mesh = std::get_if<MeshDescription>(&shape.geometry);
-  if (mesh == nullptr) return sizeof shape;
-  const auto bytes = [](const auto& list) { return list.size() * sizeof list[0]; };
-  return sizeof shape + bytes(mesh->positions) + bytes(mesh->normals) + bytes(mesh->triangles) + bytes(mesh->uv);
+std::uintmax_t bytes_of(const std::vector<Parameter>& parameters) {
+  std::uintmax_t bytes = 0;
+  for (const Parameter& parameter : parameters) {
+    bytes += sizeof parameter + parameter.numbers.size() * sizeof parameter.numbers[0];
+    for (const std::string& text : parameter.strings) bytes += sizeof text + text.size();
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -257,6 +258,7 @@ void Parser::coord_sys_transform() {
 void Parser::save(const std::string& closed_by) {
   constexpr std::size_t deepest = 10000;
   if (saved_.size() >= deepest) throw InputError(directive_.where, "blocks are nested more than 10000 deep");
+  budget_.take(state_.inside.name.size() + state_.outside.name.size(), directive_.text, directive_.where);
   saved_.push_back({state_, closed_by, directive_.where});
 }
 
@@ -275,11 +277,14 @@ void Parser::attribute() {
   if (target != "shape" && target != "light" && target != "material" && target != "texture" && target != "medium")
     throw InputError(directive_.where, "Attribute " + in_quotes(target) +
                                            " is not understood: use shape, light, material, medium or texture");
+  auto& defaults = state_.defaults[target];
+  budget_.take(bytes_of(unused.all()) + (defaults ? bytes_of(*defaults) : 0), directive_.text, directive_.where);
+  std::vector<Parameter> list = defaults ? *defaults : std::vector<Parameter>();
   for (const Parameter& parameter : unused.all()) {
-    auto& list = state_.defaults[target];
     std::erase_if(list, [&](const Parameter& p) { return p.name == parameter.name; });
     list.push_back(parameter);
   }
+  defaults = std::make_shared<const std::vector<Parameter>>(std::move(list));
 }
 
 void Parser::include() {
@@ -558,9 +563,10 @@ void Parser::shape() {
   if (open_object_.empty()) return place_shape(std::move(shape), state_.transform, directive_.where);
   if (state_.area_light)
     diagnostics_.warning(shape.where, "a shape inside ObjectBegin cannot be a light: it does not shine");
-  budget_.take(bytes_of(shape), "this shape", directive_.where);
-  if (auto placed = transformed(std::move(shape), state_.transform))
-    objects_[open_object_].push_back(std::move(*placed));
+  auto placed = transformed(std::move(shape), state_.transform);
+  if (!placed) return;
+  budget_.take(bytes_of(*placed), "this shape", directive_.where);
+  objects_[open_object_].push_back(std::move(*placed));
 }
 
 bool Parser::is_unseen_interface() {
@@ -575,26 +581,24 @@ bool Parser::is_unseen_interface() {
 }
 
 void Parser::place_shape(ShapeDescription shape, const Transform& world_from_shape, const SourcePosition& where) {
-  if (const auto* mesh = std::get_if<MeshDescription>(&shape.geometry))
-    budget_.take(mesh->triangles.size(), bytes_of_triangle, "this shape", where);
-  auto placed = transformed(std::move(shape), world_from_shape);
+  auto placed = transformed(std::move(shape), world_from_shape);  // which may make a mesh of a sphere
   if (!placed) return;
+  budget_.take(built_bytes_of(*placed), "this shape", where);
   if (!is_within_range(*placed)) throw InputError(where, "a coordinate is above 1e9 scene units: use larger units");
   if (state_.area_light && open_object_.empty()) placed->emission = emission_of(*state_.area_light, *placed);
   scene_.shapes.push_back(std::move(*placed));
 }
 
 void Parser::copy_instances() {
-  std::uintmax_t triangles = 0;
+  std::uintmax_t triangles = 0, bytes = 0;
   for (const Instance& instance : instances_)
     for (const ShapeDescription& shape : *instance.shapes) {
-      const auto* mesh = std::get_if<MeshDescription>(&shape.geometry);
-      triangles += mesh == nullptr ? 1 : mesh->triangles.size();
+      triangles += triangle_count(shape);
+      bytes += built_bytes_of(shape);
     }
   if (triangles == 0) return;
   LoadBudget all = budget_;
-  all.take(triangles, bytes_of_triangle, "the " + std::to_string(triangles) + " triangles of all instances",
-           instances_.back().where);
+  all.take(bytes, "the " + std::to_string(triangles) + " triangles of all instances", instances_.back().where);
   state_.area_light.reset();  // what is inside of an object does not shine
   for (const Instance& instance : instances_)
     for (const ShapeDescription& shape : *instance.shapes)

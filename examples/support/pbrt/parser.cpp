@@ -29,20 +29,20 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
       {"ColorSpace", {&Parser::color_space}},
       {"ConcatTransform", {&Parser::concat_transform}},
       {"CoordSysTransform", {&Parser::coord_sys_transform}},
-      {"CoordinateSystem", {&Parser::coordinate_system}},
+      {"CoordinateSystem", {&Parser::coordinate_system, Place::anywhere, true}},
       {"Film", {&Parser::film, Place::before_world}},
       {"Identity", {&Parser::identity}},
       {"Import", {&Parser::import, Place::in_world}},
       {"Include", {&Parser::include}},
       {"Integrator", {&Parser::accelerator, Place::before_world}},
-      {"LightSource", {&Parser::light_source, Place::in_world}},
+      {"LightSource", {&Parser::light_source, Place::in_world, true}},
       {"LookAt", {&Parser::look_at_directive}},
-      {"MakeNamedMaterial", {&Parser::make_named_material, Place::in_world}},
-      {"MakeNamedMedium", {&Parser::make_named_medium}},
-      {"Material", {&Parser::material, Place::in_world}},
+      {"MakeNamedMaterial", {&Parser::make_named_material, Place::in_world, true}},
+      {"MakeNamedMedium", {&Parser::make_named_medium, Place::anywhere, true}},
+      {"Material", {&Parser::material, Place::in_world, true}},
       {"MediumInterface", {&Parser::medium_interface}},
       {"NamedMaterial", {&Parser::named_material, Place::in_world}},
-      {"ObjectBegin", {&Parser::object_begin, Place::in_world}},
+      {"ObjectBegin", {&Parser::object_begin, Place::in_world, true}},
       {"ObjectEnd", {&Parser::object_end, Place::in_world}},
       {"ObjectInstance", {&Parser::object_instance, Place::in_world}},
       {"Option", {&Parser::option}},
@@ -52,7 +52,7 @@ const std::map<std::string, Parser::Directive>& Parser::directives() {
       {"Sampler", {&Parser::accelerator, Place::before_world}},
       {"Scale", {&Parser::scale}},
       {"Shape", {&Parser::shape, Place::in_world}},
-      {"Texture", {&Parser::texture, Place::in_world}},
+      {"Texture", {&Parser::texture, Place::in_world, true}},
       {"Transform", {&Parser::transform}},
       {"TransformBegin", {&Parser::attribute_begin, Place::in_world}},
       {"TransformEnd", {&Parser::attribute_end, Place::in_world}},
@@ -136,6 +136,7 @@ void Parser::parse_directive(const Token& word) {
     throw InputError(word.where, word.text + " must stand before WorldBegin");
   if (found->second.place == Place::in_world && !in_world_)
     throw InputError(word.where, word.text + " must stand after WorldBegin");
+  if (found->second.is_kept) budget_.take(bytes_of_element, word.text, word.where);
   (this->*found->second.handler)();
 }
 
@@ -211,8 +212,9 @@ Parameters Parser::parse_parameters(const std::string& kind, const char* default
       if (parameters[i].name == parameters.back().name)
         throw InputError(parameters.back().where, "parameter " + in_quotes(parameters.back().name) + " is given twice");
   }
-  if (defaults_of != nullptr) {
-    for (const Parameter& otherwise : state_.defaults[defaults_of]) {
+  const auto defaults = defaults_of == nullptr ? nullptr : state_.defaults[defaults_of];
+  if (defaults != nullptr) {
+    for (const Parameter& otherwise : *defaults) {
       const bool is_set = std::any_of(parameters.begin(), parameters.end(),
                                       [&](const Parameter& p) { return p.name == otherwise.name; });
       if (is_set) continue;
@@ -263,6 +265,10 @@ void Parser::parse_value(Parameter& parameter) {
   const bool takes_text = parameter.is_of({"string", "bool", "texture"});
   const bool is_truth = token.kind == Token::Kind::word && (token.text == "true" || token.text == "false");
   if (token.kind == Token::Kind::number && !takes_text) {
+    // Where the list grows there is room for the old one, the new one and what is made of it.
+    if (parameter.numbers.size() == parameter.numbers.capacity())
+      LoadBudget(budget_).take(parameter.numbers.size(), 4 * sizeof(double), "parameter " + in_quotes(parameter.name),
+                               token.where);
     parameter.numbers.push_back(token.number);
   } else if ((token.kind == Token::Kind::string && (takes_text || takes_both)) ||
              (is_truth && parameter.type == "bool")) {

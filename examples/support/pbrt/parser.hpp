@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -37,7 +38,8 @@ class Parser {
     bool is_interface = false;  ///< the material is the boundary of a medium alone, and cannot be seen
     Medium inside, outside;     ///< of the shapes that follow
     std::optional<AreaLight> area_light;
-    std::map<std::string, std::vector<Parameter>> defaults;  ///< by target of the directive Attribute
+    /// Parameters of the directive Attribute by target; shared with the blocks around this one.
+    std::map<std::string, std::shared_ptr<const std::vector<Parameter>>> defaults;
   };
   struct Saved {
     GraphicsState state;
@@ -48,6 +50,7 @@ class Parser {
   struct Directive {
     Handler handler;
     enum class Place { anywhere, before_world, in_world } place = Place::anywhere;
+    bool is_kept = false;  ///< what it makes stays to the end
   };
   static const std::map<std::string, Directive>& directives();
 
