@@ -212,7 +212,7 @@ TEST_CASE("What of textures is not supported is said, and its mean stands in for
       Strictness::check);
   CHECK(check.diagnostics.error_count() == 1);
   CHECK(check.says("none.png\" is missing"));
-  const Read lamp = read("AreaLightSource \"diffuse\"\nShape \"sphere\" \"float alpha\" 0\n");
+  const Read lamp = read("AreaLightSource \"diffuse\"\nShape \"sphere\" \"float alpha\" .5\n");
   CHECK(lamp.error.find("a sphere with alpha cannot be a light") != std::string::npos);
 }
 

@@ -64,6 +64,7 @@ const std::vector<std::string> unsupported{
     "WorldBegin\nMaterial \"subsurface\"\n",
     "WorldBegin\nLightSource \"goniometric\"\n",
     "WorldBegin\nAreaLightSource \"diffuse\" \"string filename\" \"e.png\"\n",
+    "WorldBegin\nAttributeBegin AreaLightSource \"diffuse\"\nShape \"disk\" \"float alpha\" 0\nAttributeEnd\n",
     "WorldBegin\nShape \"curve\"\n",
     "WorldBegin\nShap \"sphere\"\n",
 };

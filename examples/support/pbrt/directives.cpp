@@ -556,9 +556,16 @@ void Parser::shape() {
   ShapeDescription& shape = *made;
   shape.material = state_.material;
   shape.absorption = media_of(shape);
-  if (shape.opacity && state_.area_light && std::holds_alternative<SphereDescription>(shape.geometry)) {
-    diagnostics_.unsupported(shape.where, "a sphere with alpha cannot be a light here: leave out one of the two");
-    shape.opacity = nullptr;
+  if (shape.opacity && state_.area_light && open_object_.empty()) {
+    const bool is_unseen = shape.opacity->is_constant() && shape.opacity->mean().x <= 0;
+    if (is_unseen || std::holds_alternative<SphereDescription>(shape.geometry)) {
+      diagnostics_.unsupported(
+          shape.where,
+          is_unseen ? "a light with an alpha of 0, which in pbrt shines and is not seen, is not supported: leave "
+                      "out one of the two"
+                    : "a sphere with alpha cannot be a light here: leave out one of the two");
+      shape.opacity = nullptr;
+    }
   }
   if (open_object_.empty()) return place_shape(std::move(shape), state_.transform, directive_.where);
   if (state_.area_light)
