@@ -101,6 +101,20 @@ TEST_CASE("Errors of structure name the line") {
   });
 }
 
+TEST_CASE("An error of the whole file is at its first line") {
+  for (const char* text : {"", "WorldBegin"}) {
+    CAPTURE(text);
+    std::string where;
+    try {
+      Diagnostics diagnostics;
+      (void)read_pbrt_text(text, "t.pbrt", ".", diagnostics);
+    } catch (const InputError& error) {
+      if (error.where()) where = error.where()->to_string();
+    }
+    CHECK(where == "t.pbrt:1");
+  }
+}
+
 TEST_CASE("Values that cannot be meant are refused") {
   check({
       {"Film \"rgb\" \"integer xresolution\" 0", "t.pbrt:1: ", "from 1 to 32768"},

@@ -301,11 +301,10 @@ std::filesystem::path Parser::find(const std::string& name) {
 }
 
 void Parser::finish(const std::string& name) {
-  const auto where = [&](const SourcePosition& p) { return p.file ? p : SourcePosition{nullptr, 0}; };
-  if (!saved_.empty())
-    throw InputError(where(saved_.back().where), "this is never closed: add " + saved_.back().closed_by);
+  const SourcePosition begin{std::make_shared<const std::string>(name), 1};
+  if (!saved_.empty()) throw InputError(saved_.back().where, "this is never closed: add " + saved_.back().closed_by);
   if (!open_object_.empty()) throw InputError(open_object_where_, "this is never closed: add ObjectEnd");
-  if (!in_world_) throw InputError(name + ":1: there is no WorldBegin: is this a whole pbrt-v4 scene?");
+  if (!in_world_) throw InputError(begin, "there is no WorldBegin: is this a whole pbrt-v4 scene?");
   copy_instances();
   require_closed_media();
   const glm::dmat3 exposure = white_balance_ * (film_exposure_ * camera_exposure_);
@@ -316,13 +315,12 @@ void Parser::finish(const std::string& name) {
       if (is_too_bright(one.emission->radiance)) throw InputError(one.where, too_bright_film);
     }
   if (scene_.shapes.empty())
-    throw InputError(name +
-                     ":1: the scene holds no shape, and lights alone are not rendered: add a Shape after WorldBegin, "
+    throw InputError(begin,
+                     "the scene holds no shape, and lights alone are not rendered: add a Shape after WorldBegin, "
                      "such as Shape \"sphere\"");
   const bool has_light = !scene_.lights.empty() || std::any_of(scene_.shapes.begin(), scene_.shapes.end(),
                                                                [](const auto& s) { return s.emission.has_value(); });
-  if (!has_light)
-    diagnostics_.warning({std::make_shared<const std::string>(name), 1}, "the scene has no light: it will be black");
+  if (!has_light) diagnostics_.warning(begin, "the scene has no light: it will be black");
 }
 
 }  // namespace gmis::tools::pbrt
