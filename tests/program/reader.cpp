@@ -430,6 +430,20 @@ TEST_CASE("Lights") {
         read("WorldBegin AreaLightSource \"diffuse\" \"float power\" 8 Shape \"sphere\" \"float radius\" 2");
     CHECK(ball.scene.shapes[0].emission.value().radiance.x == Approx(8 / (16 * std::numbers::pi * std::numbers::pi)));
   }
+  SECTION("power and illuminance of 0 or less are as if they were not given, as in pbrt") {
+    for (const std::string value : {"0", "-1"}) {
+      CAPTURE(value);
+      CHECK(std::get<PointLightDescription>(light_of("LightSource \"point\" \"float power\" " + value)).intensity ==
+            Rgb(1));
+      CHECK(std::get<SpotLightDescription>(light_of("LightSource \"spot\" \"float power\" " + value)).intensity ==
+            Rgb(1));
+      for (const std::string kind : {"distant", "infinite"})
+        CHECK(read_world("LightSource \"" + kind + "\" \"float illuminance\" " + value + "\n").scene.lights.size() ==
+              1);
+      const Read area = read_world("AreaLightSource \"diffuse\" \"float power\" " + value + "\n");
+      CHECK(area.scene.shapes[0].emission.value().radiance == Rgb(1));
+    }
+  }
   SECTION("black ones are left out") {
     const Read result =
         read_world("LightSource \"point\" \"rgb I\" [ 0 0 0 ]\nAreaLightSource \"diffuse\" \"float scale\" 0\n");

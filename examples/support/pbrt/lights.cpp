@@ -30,11 +30,11 @@ Rgb emitted(Parameters& parameters, const std::string& name) {
   return value * scale;
 }
 
-/// A quantity that sets the strength of a light by its luminance instead of by its colour.
+/// A quantity that sets the strength of a light by its luminance instead of by its colour. It is
+/// not given where it is 0 or less, as in pbrt.
 std::optional<double> strength(Parameters& parameters, const std::string& name) {
   const std::optional<double> value = parameters.number(name);
-  if (value && *value < 0) parameters.fail(name, "is negative: use a value of at least 0");
-  return value;
+  return value && *value > 0 ? value : std::nullopt;
 }
 
 /// The colour of the parameter `name` with the luminance `wanted`, which `strength` sets, times the
