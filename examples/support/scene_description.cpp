@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "support/load_budget.hpp"
@@ -28,6 +29,20 @@ std::uintmax_t bytes_of(const ShapeDescription& shape) {
 
 std::uintmax_t built_bytes_of(const ShapeDescription& shape) {
   return bytes_of(shape) + triangle_count(shape) * bytes_of_triangle;
+}
+
+double area_of(const ShapeDescription& shape) {
+  if (const auto* sphere = std::get_if<SphereDescription>(&shape.geometry))
+    return 4 * std::numbers::pi * sphere->radius * sphere->radius;
+  const auto& mesh = std::get<MeshDescription>(shape.geometry);
+  double area = 0;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Point& p = mesh.positions[static_cast<std::size_t>(a)];
+    area += glm::length(glm::cross(mesh.positions[static_cast<std::size_t>(b)] - p,
+                                   mesh.positions[static_cast<std::size_t>(c)] - p)) /
+            2;
+  }
+  return area;
 }
 
 std::array<double, 4> picture_window(const CameraDescription& camera, int width, int height) {

@@ -200,6 +200,8 @@ struct SceneDescription {
 
 /// A sphere counts as one.
 [[nodiscard]] std::size_t triangle_count(const ShapeDescription& shape);
+/// The area of the surface, of one side.
+[[nodiscard]] double area_of(const ShapeDescription& shape);
 /// Memory that the description takes.
 [[nodiscard]] std::uintmax_t bytes_of(const ShapeDescription& shape);
 /// About what it takes once all is built: in the description, the builder and the scene.

@@ -378,7 +378,7 @@ TEST_CASE("A skin moves vertices with its joints, a morph target by its weight, 
 TEST_CASE("Sparse accessors, accessors without data and instances") {
   const Read result = read_changed([](Json& json) {
     const std::size_t places = add_view(json, bytes_of(std::vector<std::uint16_t>{1, 3}));
-    const std::size_t values = add_view(json, bytes_of(std::vector<float>{5, 5, 0, 6, 6, 0}));
+    const std::size_t values = add_view(json, bytes_of(std::vector<float>{5, 5, 0, 6, 7, 0}));
     json["accessors"][0]["sparse"] = {{"count", 2},
                                       {"indices", {{"bufferView", places}, {"componentType", 5123}}},
                                       {"values", {{"bufferView", values}}}};
@@ -389,7 +389,24 @@ TEST_CASE("Sparse accessors, accessors without data and instances") {
   REQUIRE(result.scene.shapes.size() == 2);
   CHECK(near(mesh(result).positions.at(0), {-1, -1, 0}));
   CHECK(near(mesh(result).positions.at(1), {5, 5, 0}));
-  CHECK(near(std::get<MeshDescription>(result.scene.shapes[1].geometry).positions.at(3), {6, 6, 9}));
+  CHECK(near(std::get<MeshDescription>(result.scene.shapes[1].geometry).positions.at(3), {6, 7, 9}));
+}
+
+TEST_CASE("A scale of 0 on one axis makes a mesh flat, and one without area is left out") {
+  const auto scaled = [](const std::vector<double>& scale) {
+    return read_changed([&](Json& json) {
+      attributes(json)["NORMAL"] = add_floats(json, {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", 3);
+      json["nodes"].push_back({{"mesh", 0}, {"scale", scale}, {"translation", {0, 0, -3}}});
+      json["scenes"][0]["nodes"].push_back(json["nodes"].size() - 1);
+    });
+  };
+  const Read flat = scaled({2, 3, 0});
+  REQUIRE(flat.scene.shapes.size() == 2);
+  const auto& image = std::get<MeshDescription>(flat.scene.shapes[1].geometry);
+  CHECK(near(image.positions.at(2), {2, 3, -3}));
+  CHECK(image.normals.empty());
+  for (const std::vector<double>& scale : {std::vector<double>{0, 1, 1}, {1, 0, 0}, {0, 0, 0}})
+    CHECK(scaled(scale).scene.shapes.size() == 1);
 }
 
 TEST_CASE("An error of a damaged file names its part, and what to do") {

@@ -198,8 +198,8 @@ class Reader {
                                  document_.where(), material.opacity, material.absorption};
     for (const glm::dmat4& place : bones.empty() ? places : std::vector{glm::dmat4(1)}) {
       document_.budget().take(built_bytes_of(shape), primitive.name(), document_.where());
-      if (pbrt::is_invertible_affine(place))  // else it is scaled to nothing
-        scene_.shapes.push_back(*pbrt::transformed(shape, place));
+      auto placed = pbrt::transformed(shape, place);
+      if (placed && area_of(*placed) > 0) scene_.shapes.push_back(std::move(*placed));
     }
   }
 

@@ -208,24 +208,6 @@ AreaLight make_area_light(const std::string& kind, Parameters& parameters, Diagn
   return light;
 }
 
-namespace {
-
-double area_of(const ShapeDescription& shape) {
-  if (const auto* sphere = std::get_if<SphereDescription>(&shape.geometry))
-    return 4 * std::numbers::pi * sphere->radius * sphere->radius;
-  const auto& mesh = std::get<MeshDescription>(shape.geometry);
-  double area = 0;
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Point& p = mesh.positions[static_cast<std::size_t>(a)];
-    area += glm::length(glm::cross(mesh.positions[static_cast<std::size_t>(b)] - p,
-                                   mesh.positions[static_cast<std::size_t>(c)] - p)) /
-            2;
-  }
-  return area;
-}
-
-}  // namespace
-
 std::optional<EmissionDescription> emission_of(const AreaLight& light, const ShapeDescription& shape) {
   EmissionDescription result = light.emission;
   if (result.radiance == Rgb(0)) return {};
