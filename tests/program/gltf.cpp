@@ -425,6 +425,16 @@ TEST_CASE("An error of a damaged file names its part, and what to do") {
              }),
              Catch::Contains("node 0 is its own ancestor"));
   CHECK_THAT(error([](Json& j) { j["extensionsRequired"] = {"KHR_foo"}; }), Catch::Contains("export it without"));
+  const auto three = [](Json& j) { return add_floats(j, {0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3", 3); };
+  CHECK_THAT(error([&](Json& j) { attributes(j)["NORMAL"] = three(j); }),
+             Catch::Contains("mesh 0: NORMAL has 3 values for 4 vertices"));
+  CHECK_THAT(error([&](Json& j) {
+               j["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", three(j)}}};
+               j["meshes"][0]["weights"] = {1};
+             }),
+             Catch::Contains("mesh 0: POSITION of a morph target has 3 values for 4 vertices"));
+  CHECK_THAT(error([](Json& j) { j["accessors"][2]["count"] = 5; }),
+             Catch::Contains("mesh 0 has 5 corners, which is no multiple of 3"));
   const Scratch folder;
   const auto error_of = [&](const std::string& text) {
     std::ofstream(folder.path / "j.gltf", std::ios::binary | std::ios::trunc) << text;

@@ -178,7 +178,7 @@ class Reader {
     MeshDescription mesh;
     mesh.positions = primitive.triples("POSITION");
     mesh.normals = primitive.triples("NORMAL");
-    if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
+    if (!mesh.normals.empty()) require_count(primitive, "NORMAL", mesh.normals.size(), mesh.positions.size());
     morph(primitive, weights, mesh);
     if (!bones.empty()) pose(primitive, bones, mesh);
     for (const Point& p : mesh.positions)
@@ -203,6 +203,14 @@ class Reader {
     }
   }
 
+  /// An attribute has a value for each vertex.
+  void require_count(const Primitive& primitive, const std::string& attribute, std::size_t count,
+                     std::size_t vertices) const {
+    if (count != vertices)
+      throw document_.error(primitive.name() + ": " + attribute + " has " + std::to_string(count) + " values for " +
+                            std::to_string(vertices) + " vertices");
+  }
+
   /// Moves vertices by the morph targets.
   void morph(const Primitive& primitive, const std::vector<double>& weights, MeshDescription& mesh) const {
     const Json& targets = Document::member(primitive.json(), "targets");
@@ -211,9 +219,9 @@ class Reader {
       if (weights[k] == 0) continue;
       const auto add = [&](const char* name, auto& to) {
         const auto number = document_.index(targets[k], name);
-        if (!number) return;
+        if (!number || to.empty()) return;
         const std::vector<double> moved = document_.accessor(*number, 3);
-        if (moved.size() != 3 * to.size()) return;
+        require_count(primitive, std::string(name) + " of a morph target", moved.size() / 3, to.size());
         for (std::size_t i = 0; i < to.size(); ++i)
           to[i] += weights[k] * glm::dvec3(moved[3 * i], moved[3 * i + 1], moved[3 * i + 2]);
       };
