@@ -433,8 +433,6 @@ TEST_CASE("An error of a damaged file names its part, and what to do") {
                j["meshes"][0]["weights"] = {1};
              }),
              Catch::Contains("mesh 0: POSITION of a morph target has 3 values for 4 vertices"));
-  CHECK_THAT(error([](Json& j) { j["accessors"][2]["count"] = 5; }),
-             Catch::Contains("mesh 0 has 5 corners, which is no multiple of 3"));
   const Scratch folder;
   const auto error_of = [&](const std::string& text) {
     std::ofstream(folder.path / "j.gltf", std::ios::binary | std::ios::trunc) << text;

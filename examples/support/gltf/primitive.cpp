@@ -118,8 +118,6 @@ std::vector<std::array<int, 3>> Primitive::triangles(std::size_t vertices) const
   constexpr int strip = 5, fan = 6;
   std::vector<std::array<int, 3>> result;
   const bool is_list = unpacked_ || (mode_ != strip && mode_ != fan);
-  if (is_list && corners.size() % 3 != 0)
-    throw document_.error(name_ + " has " + std::to_string(corners.size()) + " corners, which is no multiple of 3");
   for (std::size_t i = 0; i + 2 < corners.size(); i += is_list ? 3 : 1) {
     if (!is_list && mode_ == fan)
       result.push_back({corners[0], corners[i + 1], corners[i + 2]});
