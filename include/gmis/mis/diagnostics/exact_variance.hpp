@@ -27,16 +27,17 @@ inline constexpr std::size_t max_exact_n2 = 16;
 /// Mean and variance of the estimate of one round.
 struct ExactMoments {
   double mean;      ///< ∫ f where the scheme is unbiased; else what it converges to
-  double variance;  ///< about that mean; +infinity where it leaves the range of double, never NaN
+  double variance;  ///< about that mean; +infinity where it leaves the range of double, never negative or NaN
 };
 
 namespace detail {
 
-/// `first` − `second`: a second moment minus the squared means. Infinite where the difference is
-/// not finite: ∫ f²/φ leaves the range of double where φ underflows and f is not zero.
+/// `first` − `second`: a second moment minus the squared means; 0 where rounding makes it negative.
+/// Infinite where the difference is not finite: ∫ f²/φ leaves the range of double where φ
+/// underflows and f is not zero.
 [[nodiscard]] inline double variance_from(double first, double second) noexcept {
   const double difference = first - second;
-  return std::isfinite(difference) ? difference : std::numeric_limits<double>::infinity();
+  return std::isfinite(difference) ? std::max(difference, 0.0) : std::numeric_limits<double>::infinity();
 }
 
 /// Mean and variance of a round whose indices are given, φ being the same for all its samples:
