@@ -115,6 +115,25 @@ TEST_CASE("check_estimator: rounds that are not numbers, and rounds without vari
                   std::invalid_argument);
 }
 
+// The same rounds in other units: the same verdict, and figures in these units.
+TEST_CASE("check_estimator: rounds of any size", "[testing]") {
+  for (const double size : {1e-152, 1e-100, 1e-55, 1.0, 1e52, 1e77, 1e150}) {
+    const auto check_of = [&](double variance) {
+      gmis::Philox source = gmis::seeded("rounds of any size");
+      return gmis::check_estimator([&] { return size * gmis::uniform<double>(source); }, {size / 2.0, variance}, 20000);
+    };
+    const double variance = size * size / 12.0;
+    const auto sound = check_of(variance), off = check_of(1.1 * variance);
+    CAPTURE(size, sound.text());
+    CHECK(sound.passes());
+    CHECK(sound.variance == Approx(variance).epsilon(0.05));
+    CHECK(sound.mean == Approx(size / 2.0).epsilon(0.05));
+    // The variance of (x − 1/2)² is 1/180, 0.8 in units of 1/12 squared.
+    CHECK(sound.smallest_variance_error == Approx((4.056 + 2.326) * std::sqrt(0.8 / 20000.0)).epsilon(0.05));
+    CHECK_FALSE(off.passes());
+  }
+}
+
 TEST_CASE("check_estimator: a variance that overflows fails, although each round is finite", "[testing]") {
   for (const double size : {1e200, 1e308}) {
     int calls = 0;

@@ -96,18 +96,21 @@ requires requires(Round& round) {
   }
 
   // About the exact mean: nothing cancels, and squared deviations are independent of each other.
-  // About the measured mean, those of two equally likely values would all err alike.
+  // About the measured mean, those of two equally likely values would all err alike. Relative to
+  // the exact standard deviation, so that their sixth powers stay within the range of double.
+  const double scale = exact.variance > 0.0 ? std::sqrt(exact.variance) : 1.0;
+  const double expected = exact.variance > 0.0 ? 1.0 : 0.0;
   double sum = 0.0, square = 0.0;
   for (double& value : values) {
-    value -= exact.mean;
+    value = (value - exact.mean) / scale;
     sum += value;
     value *= value;
     square += value;
   }
-  const double offset = sum / n;
+  const double offset = sum / n * scale;
   check.mean = exact.mean + offset;
   const double second = square / n;
-  check.variance = second;
+  check.variance = second * scale * scale;
   double spread = 0.0, cubes = 0.0;
   for (const double value : values) {
     const double difference = value - second;
@@ -120,25 +123,26 @@ requires requires(Round& round) {
   const double rounding = 1e-12 * std::max(std::abs(exact.mean), std::abs(check.mean));
   const double z_seen =
       normal_quantile(1.0 - sidak_level(level, 2) / 2.0) + normal_quantile(0.99);  // a shift seen in 99 of 100
-  const double mean_error = std::sqrt(exact.variance / n);
+  const double mean_error = std::sqrt(exact.variance) / std::sqrt(n);
   check.mean_test = std::isfinite(offset) && std::abs(offset) <= rounding
                         ? StatisticalTest{0.0, std::numeric_limits<double>::infinity(), 1.0}
                         : z_test(check.mean, mean_error, exact.mean);
   if (exact.mean != 0.0) check.smallest_mean_error = z_seen * mean_error / std::abs(exact.mean);
-  const double largest_variance = std::max(check.variance, exact.variance);
-  const double no_variance = std::max(1e-14 * exact.mean * exact.mean, 1e-9 * largest_variance);
+  const double relative_mean = exact.mean / scale;
+  const double largest_variance = std::max(second, expected);
+  const double no_variance = std::max(1e-14 * relative_mean * relative_mean, 1e-9 * largest_variance);
   if (deviation <= 1e-9 * largest_variance || largest_variance <= no_variance) {
     // Squares that overflow are no evidence of the variance.
-    const bool same = std::isfinite(check.variance) && std::abs(check.variance - exact.variance) <= no_variance;
+    const bool same = std::isfinite(second) && std::abs(second - expected) <= no_variance;
     check.variance_test = {0.0, std::numeric_limits<double>::infinity(), same ? 1.0 : 0.0};
   } else {
     const double skewness = cubes / n / (deviation * deviation * deviation);
-    const double s = (check.variance - exact.variance) / deviation;
+    const double s = (second - expected) / deviation;
     const double transformed =
         s + skewness * s * s / 3.0 + skewness * skewness * s * s * s / 27.0 + skewness / (6.0 * n);
     check.variance_test = {std::sqrt(n) * s, std::numeric_limits<double>::infinity(),
                            normal_p_value(std::sqrt(n) * transformed)};
-    if (exact.variance > 0.0) check.smallest_variance_error = z_seen * deviation / (std::sqrt(n) * exact.variance);
+    if (exact.variance > 0.0) check.smallest_variance_error = z_seen * deviation / std::sqrt(n);
   }
   return check;
 }
