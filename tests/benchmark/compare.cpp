@@ -1,5 +1,6 @@
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -164,6 +165,38 @@ TEST_CASE("compare: a variance that is too small, and weights that do not sum to
   CHECK(weighted.rows[1].has_wrong_mean(weighted.integral));
   CHECK(weighted.text().find("\noff: mean 1.001: ") != std::string::npos);
   CHECK_THROWS_AS(case_b.weights("none", TooLarge{std::nan("")}, counts), std::invalid_argument);
+}
+
+TEST_CASE("compare: sound contenders are not accused, whatever the size of the integral", "[benchmark]") {
+  auto settings = deterministic();
+  settings.measure_seconds = 10.0;
+  for (const double size : {1e-140, -1e-90, 1.0, 1e90, 1e150}) {
+    const auto round = [size](gmis::UniformSource auto& source) { return 2.0 * size * gmis::uniform<double>(source); };
+    const double variance = size * size / 3.0;
+    const auto rows =
+        gmis::compare("size", size, {{"right", round, variance}, {"half", round, variance / 2.0}}, settings).rows;
+    CAPTURE(size, rows[0].measured_variance, rows[0].measured_half_width);
+    CHECK_FALSE(rows[0].has_wrong_mean(size));
+    CHECK_FALSE(rows[0].has_wrong_variance());
+    CHECK(rows[1].has_wrong_variance());
+    CHECK(rows[0].measured_half_width / variance == Approx(1.96 * std::sqrt(0.8 / 9091.0)).epsilon(0.1));
+    CHECK(rows[0].seconds_to_1_percent == Approx(1e4 / 3.0 * 1.1e-3));
+  }
+  // Rounding is no variance; an infinite one is measured as anything.
+  const auto two_values = [](double difference) {
+    return [difference](auto& source) { return gmis::uniform<double>(source) < 0.5 ? 1.0 : 1.0 + difference; };
+  };
+  const auto huge = [](gmis::UniformSource auto& source) { return 1e200 * gmis::uniform<double>(source); };
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const auto rows =
+      gmis::compare(
+          "rounding", 1.0,
+          {{"rounding", two_values(1e-15), 0.0}, {"difference", two_values(1e-6), 0.0}, {"infinite", huge, infinity}},
+          settings)
+          .rows;
+  CHECK_FALSE(rows[0].has_wrong_variance());
+  CHECK(rows[1].has_wrong_variance());
+  CHECK_FALSE(rows[2].has_wrong_variance());
 }
 
 TEST_CASE("compare: what cannot serve is rejected", "[benchmark]") {

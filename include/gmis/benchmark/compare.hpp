@@ -16,6 +16,7 @@
 
 #include "gmis/benchmark/contender.hpp"
 #include "gmis/core/argument_error.hpp"
+#include "gmis/core/ieee.hpp"
 #include "gmis/core/random.hpp"
 
 namespace gmis {
@@ -62,11 +63,12 @@ struct ComparisonRow {
     if (has_wrong_exact_mean(integral)) return true;
     return !(std::abs(measured_mean - integral) <= 5.0 * mean_error + 1e-9 * std::abs(integral));
   }
-  /// True when the measured variance is above the exact one by more than five standard errors of
-  /// both.
+  /// True when the measured variance is above the exact one, which is finite, by more than five
+  /// standard errors of both and by more than rounding.
   [[nodiscard]] bool has_wrong_variance() const noexcept {
-    return is_exact &&
-           !(measured_variance - variance <= 2.5 * (measured_half_width + half_width) + 1e-6 * measured_variance);
+    const double rounding = 1e-6 * measured_variance + 1e-18 * measured_mean * measured_mean;
+    return is_exact && !std::isinf(variance) &&
+           !(measured_variance - variance <= 2.5 * (measured_half_width + half_width) + rounding);
   }
 };
 
@@ -272,23 +274,24 @@ struct Comparison {
     row.measured_rounds = values.size();
     row.density_evaluations = sum.density_evaluations / n;
     row.measured_mean = sum.value / n;
-    double squares = 0.0, fourths = 0.0;
+    double squares = 0.0, fourths = 0.0;  // relative to the integral, for powers within the range of double
     for (const double value : values) {
-      const double square = (value - row.measured_mean) * (value - row.measured_mean);
+      const double deviation = (value - row.measured_mean) / integral, square = deviation * deviation;
       squares += square / n;
       fourths += square * square / n;
     }
     constexpr double two_sided_95 = 1.959963984540054;
-    row.measured_variance = squares * n / (n - 1.0);
-    row.measured_half_width = two_sided_95 * std::sqrt(std::max(0.0, fourths - squares * squares) / n);
-    row.mean_error = std::sqrt(row.measured_variance / n);
+    row.measured_variance = squares * n / (n - 1.0) * integral * integral;
+    row.measured_half_width =
+        two_sided_95 * std::sqrt(std::max(0.0, fourths - squares * squares) / n) * integral * integral;
+    row.mean_error = std::sqrt(squares / (n - 1.0)) * std::abs(integral);
     row.is_exact = contenders[i].exact_variance.has_value();
     row.exact_mean = contenders[i].exact_mean;
     row.variance = contenders[i].exact_variance.value_or(row.measured_variance);
     row.half_width = row.is_exact ? contenders[i].half_width : row.measured_half_width;
     const double seconds = row.nanoseconds * 1e-9;
-    row.efficiency = 1.0 / (row.variance * seconds);
-    row.seconds_to_1_percent = row.variance * seconds / (1e-4 * integral * integral);
+    row.efficiency = ieee_divide(1.0, row.variance * seconds);
+    row.seconds_to_1_percent = row.variance / integral / integral * seconds / 1e-4;
     comparison.rows.push_back(std::move(row));
   }
   if (std::isnan(kept)) comparison.problem += " (a round is not a number)";
