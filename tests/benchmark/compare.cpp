@@ -115,6 +115,32 @@ TEST_CASE("compare: texts", "[benchmark]") {
   CHECK(comparison.gnuplot("out.svg").find("'back\\slash''s'") != std::string::npos);
 }
 
+TEST_CASE("compare: names of any letters and any length, and rows without an error", "[benchmark]") {
+  gmis::Comparison comparison{"tab\tand\nline", 1.0, {}};
+  gmis::ComparisonRow row;
+  row.name = std::string(400, 'n') + "\t\x01";
+  row.seconds_to_1_percent = 1.25e-4;
+  comparison.rows.push_back(row);
+#ifdef GMIS_HAS_JSON
+  const auto json = nlohmann::json::parse(comparison.json());
+  CHECK(json["problem"] == comparison.problem);
+  CHECK(json["rows"][0]["contender"] == row.name);
+#endif
+  CHECK(comparison.json().find("tab\\u0009and\\u000aline") != std::string::npos);
+  CHECK(comparison.text().find("125 us") != std::string::npos);
+  CHECK(comparison.gnuplot("out.svg").find("title 'tab and line'\n") != std::string::npos);
+
+  // gnuplot takes neither nan nor inf for a number, and draws no 0 on an axis of logarithms.
+  const std::string one = comparison.gnuplot("out.svg");
+  for (const double without : {0.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    row.seconds_to_1_percent = without;
+    comparison.rows.insert(comparison.rows.begin(), row);
+    CHECK(comparison.gnuplot("out.svg") == one);
+  }
+  comparison.rows.pop_back();
+  CHECK(comparison.gnuplot("out.svg").find("plot") == std::string::npos);
+}
+
 TEST_CASE("compare: a contender with a wrong mean is named, others are not", "[benchmark]") {
   const auto mean_of = [](double factor) {
     return [factor](gmis::UniformSource auto& source) { return 2.0 * factor * gmis::uniform<double>(source); };

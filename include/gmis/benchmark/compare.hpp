@@ -81,23 +81,24 @@ struct Comparison {
   /// A table with one line for each contender, and one below for each whose mean is off or whose
   /// variance is larger than it says. Measured variances are marked with ~.
   [[nodiscard]] std::string text() const {
-    int width = 10;
-    for (const ComparisonRow& row : rows) width = std::max(width, static_cast<int>(row.name.size()));
+    std::size_t width = 10;
+    for (const ComparisonRow& row : rows) width = std::max(width, row.name.size());
     char head[320];
-    std::snprintf(head, sizeof(head), "%-*s %24s %10s %10s %12s %14s %12s %12s\n", width, "", "variance of a round",
-                  "ns", "densities", "efficiency", "time to 10 %", "1 %", "0.1 %");
-    std::string result = joined({problem, ": integral ", number(integral, "%.9g"), "\n", head});
+    std::snprintf(head, sizeof(head), " %24s %10s %10s %12s %14s %12s %12s\n", "variance of a round", "ns", "densities",
+                  "efficiency", "time to 10 %", "1 %", "0.1 %");
+    std::string result =
+        joined({problem, ": integral ", number(integral, "%.9g"), "\n", std::string(width, ' '), head});
     for (const ComparisonRow& row : rows) {
       std::string variance(row.is_exact ? "" : "~");
       variance += number(row.variance, "%.5g");
       if (row.half_width > 0.0) variance += joined({" ± ", number(row.half_width, "%.2g")});
       char line[320];
-      std::snprintf(line, sizeof(line), "%-*s %24s %10.1f %10s %12.4g %14s %12s %12s\n", width, row.name.c_str(),
-                    padded(variance, 24).c_str(), row.nanoseconds,
+      std::snprintf(line, sizeof(line), " %24s %10.1f %10s %12.4g %14s %12s %12s\n", padded(variance, 24).c_str(),
+                    row.nanoseconds,
                     std::isnan(row.density_evaluations) ? "" : number(row.density_evaluations, "%.4g").c_str(),
                     row.efficiency, time(row.seconds_to_1_percent / 100.0).c_str(),
                     time(row.seconds_to_1_percent).c_str(), time(row.seconds_to_1_percent * 100.0).c_str());
-      result += line;
+      result += joined({row.name, std::string(width - row.name.size(), ' '), line});
     }
     for (const ComparisonRow& row : rows) {
       constexpr std::string_view is_another = ": its variance and times are those of another estimator\n";
@@ -146,14 +147,19 @@ struct Comparison {
     return result;
   }
   /// A program for gnuplot that draws the relative error of each contender over time as `svg_file`.
+  /// An error that is 0 or not finite has no place on its axis, and is left out.
   [[nodiscard]] std::string gnuplot(const std::string& svg_file) const {
     std::string result =
         joined({"set terminal svg size 720,480 background 'white'\nset output ", quoted(svg_file, '\''),
                 "\nset logscale xy\nset xlabel 'processor time [s]'\nset ylabel 'relative standard error'\nset title ",
-                quoted(problem, '\''), "\nset key outside right\nset xrange [1e-5:1]\nplot "});
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      result += joined({i > 0 ? ", \\\n  " : "", "sqrt(", number(rows[i].seconds_to_1_percent, "%.9g"),
-                        "*1e-4/x) title ", quoted(rows[i].name, '\''), " linewidth 2"});
+                quoted(problem, '\''), "\nset key outside right\nset xrange [1e-5:1]\n"});
+    const char* before = "plot ";
+    for (const ComparisonRow& row : rows) {
+      if (!(row.seconds_to_1_percent > 0.0 && std::isfinite(row.seconds_to_1_percent))) continue;
+      result += joined({before, "sqrt(", number(row.seconds_to_1_percent, "%.9g"), "*1e-4/x) title ",
+                        quoted(row.name, '\''), " linewidth 2"});
+      before = ", \\\n  ";
+    }
     result += "\n";
     return result;
   }
@@ -210,6 +216,13 @@ struct Comparison {
     const char quote = escape == '\'' ? '\'' : '"';
     std::string result(1, quote);
     for (const char letter : text) {
+      const unsigned code = static_cast<unsigned char>(letter);
+      if (escape != '"' && code < 0x20) {  // only CSV takes a tab or a new line as it is
+        char escaped[8];
+        std::snprintf(escaped, sizeof(escaped), "\\u%04x", code);
+        result += escape == '\\' ? escaped : " ";
+        continue;
+      }
       if (letter == quote || (escape == '\\' && letter == '\\')) result += escape;
       result += letter;
     }
