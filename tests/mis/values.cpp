@@ -75,6 +75,16 @@ TEST_CASE("a sample may be of any type", "[mis]") {
   STATIC_REQUIRE(std::is_same_v<decltype(estimate.mean), double>);
 }
 
+// The weights of an allocation are double unless said otherwise.
+TEST_CASE("densities in float take an allocation with weights in double", "[mis]") {
+  const std::array<TriangleProposal, 2> proposals{{{{0.5F, 0.5F}}, {{0.9F, 0.1F}}}};
+  const gmis::SampleAllocation allocation({0.6, 0.4}, 5);
+  gmis::Philox source(gmis_test::seed(3));
+  const auto f = [](const SurfaceSample& x) { return x.triangle == 0 ? 1.0F : 3.0F * x.barycentric.x; };
+  const auto estimate = gmis::estimate<Scheme::R3>(f, proposals, 4000, source, allocation);
+  CHECK(test::normal_p_value((estimate.mean - 2.5) / estimate.standard_error.value()) > 1e-4);
+}
+
 TEST_CASE("an integrand may have channels", "[mis]") {
   const std::array<test::Ramp, 2> ramps{{{-1.0}, {1.0}}};
   gmis::Philox source(gmis_test::seed(3));

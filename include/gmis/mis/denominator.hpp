@@ -43,7 +43,8 @@ template <Scheme scheme, Selection selection, class Set, class AllocationType, c
       normaliser = as_factor<T>(set.size());
     } else {
       for (std::size_t i = 0; i < set.size(); ++i) {
-        const T coefficient = selection == Selection::S1 ? allocation.weight(i) : static_cast<T>(allocation.count(i));
+        const T coefficient =
+            selection == Selection::S1 ? static_cast<T>(allocation.weight(i)) : static_cast<T>(allocation.count(i));
         if (coefficient > T(0)) {
           add(i, coefficient);
           densities.count(1);
