@@ -1,6 +1,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <random>
+#include <span>
 #include <vector>
 
 #include "gmis/mis.hpp"
@@ -43,6 +45,20 @@ TEST_CASE("check_weights: sound weights pass, drawn and given", "[testing]") {
   CHECK(check.points() == 4);
   CHECK(check.unreached() == 1);
   CHECK(check.passes());
+}
+
+// Samples from one engine of the standard library alone.
+struct OfOneEngine {
+  double sample(std::mt19937& engine) const { return gmis::uniform<double>(engine); }
+  double pdf(double) const { return 1.0; }
+};
+
+TEST_CASE("check_weights: proposals that take another source", "[testing]") {
+  std::mt19937 engine(3);
+  const std::array<OfOneEngine, 1> proposals{};
+  const auto one = [](double, std::span<double> out) { out[0] = 1.0; };
+  CHECK_THAT(gmis::check_weights(one, proposals, Counts{1}, 10, engine), gmis::SumsToOne());
+  CHECK(gmis::check_weights_at<std::mt19937>(std::vector<double>{0.5}, one, proposals, Counts{1}).passes());
 }
 
 TEST_CASE("check_weights: weights that do not sum to one, or stand where no sample comes from", "[testing]") {

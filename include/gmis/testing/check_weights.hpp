@@ -101,10 +101,11 @@ class WeightCheck {
 
 /// Checks weights at given points. `weights(x, out)` writes one weight for each proposal to a
 /// `std::span<double>`; `counts` are the samples of each proposal. `points` is a range of samples.
-template <class Weights, class P, class Points>
+/// `Source` is a source that the proposals take, where `Philox` is none.
+template <class Source = Philox, class Weights, class P, class Points>
 [[nodiscard]] WeightCheck check_weights_at(const Points& points, Weights&& weights, const P& proposals,
                                            CountsByProposal counts) {
-  const auto& set = as_proposal_set(proposals);
+  const auto& set = as_proposal_set<Source>(proposals);
   using Set = std::remove_cvref_t<decltype(set)>;
   const std::size_t n = set.size();
   (void)checked_total(counts, n);
@@ -151,7 +152,7 @@ template <class Weights, class P, UniformSource Source>
         points.push_back(std::move(x));
       }
     }
-  return check_weights_at(points, weights, proposals, counts);
+  return check_weights_at<Source>(points, weights, proposals, counts);
 }
 
 }  // namespace gmis
