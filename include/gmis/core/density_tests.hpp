@@ -196,12 +196,18 @@ template <class P, class X>
 }  // namespace detail
 
 /// Checks a proposal for numbers (`sample(source)` and `pdf(x)` or `log_pdf(x)`, as in
-/// `gmis::Proposal`) against its density on [lower, upper]. Samples outside the interval count as
-/// failed. Throws std::invalid_argument unless lower < upper are finite and there are enough
-/// samples for the bins.
+/// `gmis::Proposal`) against its density on [lower, upper]. The numbers are of a floating-point
+/// type: a density over integers is no integral. Samples outside the interval count as failed.
+/// Throws std::invalid_argument unless lower < upper are finite and there are enough samples for
+/// the bins.
 template <class P, UniformSource Source>
 [[nodiscard]] DensityCheck check_proposal(const P& proposal, double lower, double upper, Source& source,
                                           const CheckSettings& settings = {}) {
+  using Value = std::remove_cvref_t<decltype(proposal.sample(source))>;
+  static_assert(
+      std::floating_point<Value> || requires { requires std::floating_point<typename Value::value_type>; },
+      "check_proposal needs samples that are floating-point numbers, or std::optional of them: for integers, "
+      "give their counts to chi_square_test");
   require_argument(lower < upper && std::isfinite(upper - lower), "the interval must be finite, with lower < upper");
   detail::require_power(settings);
   std::vector<double> counts(settings.bins), integrals(settings.bins);
@@ -214,7 +220,6 @@ template <class P, UniformSource Source>
     if (place >= 0 && static_cast<double>(x) <= upper)
       ++counts[std::min(static_cast<std::size_t>(place), settings.bins - 1)];
   };
-  using Value = std::remove_cvref_t<decltype(proposal.sample(source))>;
   for (std::size_t i = 0; i < settings.samples; ++i) {
     const Value x = proposal.sample(source);
     if constexpr (std::floating_point<Value>) {
