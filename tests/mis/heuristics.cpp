@@ -163,6 +163,17 @@ TEST_CASE("a sample that densities without a finite value take away is counted",
   CHECK(estimate.rejected.non_finite_density == 100);
 }
 
+// A tenth of the samples of the first proposal have the weight 1e-320, whose inverse is out of
+// range.
+TEST_CASE("a weight that is too small to divide by is no fault of a density", "[mis]") {
+  const std::array<test::Uniform, 2> proposals{{{0.0, 1.0}, {0.0, 0.1}}};
+  gmis::Philox source(gmis_test::seed(58));
+  const auto one = [](double) { return 1.0; };
+  const auto estimate = gmis::estimate_weighted(gmis::Power{320.0}, one, proposals, 4000, source);
+  CHECK(estimate.rejected.total() == 0);
+  CHECK(test::normal_p_value((estimate.mean - 1.0) / estimate.standard_error.value()) > 1e-4);
+}
+
 TEST_CASE("the balance heuristic is N3", "[mis]") {
   const std::array<test::Normal, 3> proposals{{{-1.0, 1.0}, {0.0, 2.0}, {2.0, 0.7}}};
   const auto f = [](double x) { return std::exp(-x * x); };

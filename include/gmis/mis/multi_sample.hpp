@@ -5,6 +5,7 @@
 #include <span>
 #include <type_traits>
 
+#include "gmis/core/ieee.hpp"
 #include "gmis/mis/estimate.hpp"
 #include "gmis/mis/heuristic.hpp"
 
@@ -13,8 +14,8 @@ namespace gmis {
 /// Draws one round of the multi-sample form: proposal i makes n_i = `allocation.count(i)` samples,
 /// and a sample of i is weighted by `heuristic`. Calls `visit(x, denominator, index)` where the
 /// denominator is n_i q_i(x) / (n w_i(x)), so that as for every other round (1/n) Σ f / denominator
-/// estimates ∫ f, n = Σ n_i. Samples of weight zero contribute zero and are not visited. The
-/// denominator of Balance is that of N3.
+/// estimates ∫ f, n = Σ n_i. Samples of weight zero, or of one whose inverse is out of range,
+/// contribute zero and are not visited. The denominator of Balance is that of N3.
 ///
 /// Unbiased when every point with f ≠ 0 has a proposal with n_i q_i > 0. Throws
 /// std::invalid_argument when the allocation does not fit the set. The heuristic is not checked:
@@ -72,8 +73,10 @@ sample_weighted_round(const H& heuristic, const Set& set, const AllocationType& 
       ++counts.non_finite_density;
       continue;
     }
-    if (weight == D(0)) continue;
-    const D factor = static_cast<D>(sample_counts[index]) / static_cast<D>(sample_count) / weight;
+    // Infinite for the weight 0, and for one so small that what the sample adds is lost in
+    // rounding.
+    const D factor = ieee_divide(static_cast<D>(sample_counts[index]) / static_cast<D>(sample_count), weight);
+    if (!std::isfinite(factor)) continue;
     Denominator<Set> denominator = own;
     if constexpr (is_log_set<Set>)
       denominator.log += std::log(factor);
