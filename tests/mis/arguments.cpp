@@ -278,6 +278,7 @@ TEST_CASE("empty sets, no rounds and buffers that are too small are rejected", "
 TEST_CASE("heuristics and their arguments are checked", "[mis]") {
   gmis::Philox source(1);
   REJECTED(gmis::estimate_weighted(gmis::Cutoff{1.5}, f, ramps, 2, source));
+  REJECTED(gmis::estimate_weighted(gmis::Cutoff{-1.0}, f, ramps, 2, source));
   REJECTED(gmis::estimate_weighted(gmis::Cutoff{not_a_number}, f, ramps, 2, source));
   REJECTED(gmis::estimate_weighted(gmis::Power{not_a_number}, f, ramps, 2, source));
   REJECTED(gmis::estimate_weighted(gmis::Power{-infinity}, f, ramps, 2, source));

@@ -69,13 +69,15 @@ concept Heuristic = requires(const H& heuristic, double r) {
 
 /// Throws std::invalid_argument for a heuristic that gives the largest density no weight, a smaller
 /// one more weight than the largest, or any a negative weight or NaN (a cutoff above 1, a power
-/// that is negative or not a number). Only d_i = max d and half of that are tested.
+/// that is negative or not a number), and for a negative cutoff. Only d_i = max d and half of that
+/// are tested.
 template <Heuristic H>
 void require_heuristic(const H& heuristic) {
   const double whole = heuristic.unnormalised(1.0), half = heuristic.unnormalised(0.5);
   require_argument(whole > 0.0 && whole <= std::numeric_limits<double>::max() && half >= 0.0 && half <= whole,
                    "the heuristic must be positive at 1, and below neither negative nor larger: a cutoff of 0 to 1, a "
                    "power that is not negative");
+  if constexpr (std::same_as<H, Cutoff>) require_argument(heuristic.threshold >= 0.0, "a cutoff lies between 0 and 1");
 }
 
 namespace detail {
