@@ -20,7 +20,9 @@ struct RunState {
   std::uint32_t iterations = 0;  ///< done so far
   double seconds = 0.0;          ///< wall time so far
   double relative_error = 0.0;   ///< √relMSE by the latest estimate; 0 before the first
-  bool is_calibrated = false;    ///< the error may end the run: `ErrorEstimate::is_calibrated`, or nothing will differ
+  /// The error may end the run: `ErrorEstimate::is_calibrated`, or `Budget::most_iterations_alike`
+  /// is reached.
+  bool is_calibrated = false;
 
   /// The state for a later run (`core/state_archive.hpp`): member by member, for bytes between them
   /// have no value.

@@ -101,7 +101,7 @@ class WeightCheck {
 
 /// Checks weights at given points. `weights(x, out)` writes one weight for each proposal to a
 /// `std::span<double>`; `counts` are the samples of each proposal. `points` is a range of samples.
-/// `Source` is a source that the proposals take, where `Philox` is none.
+/// Name `Source`, a source that the proposals take, where they do not take `Philox`.
 template <class Source = Philox, class Weights, class P, class Points>
 [[nodiscard]] WeightCheck check_weights_at(const Points& points, Weights&& weights, const P& proposals,
                                            CountsByProposal counts) {

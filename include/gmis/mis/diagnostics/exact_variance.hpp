@@ -32,9 +32,9 @@ struct ExactMoments {
 
 namespace detail {
 
-/// `first` − `second`: a second moment minus the squared means; 0 where rounding makes it negative.
-/// Infinite where the difference is not finite: ∫ f²/φ leaves the range of double where φ
-/// underflows and f is not zero.
+/// `first` − `second`, a second moment minus the squared means. It is 0 where rounding makes it
+/// negative, and infinite where the difference is not finite: ∫ f²/φ leaves the range of double
+/// where φ underflows and f is not zero.
 [[nodiscard]] inline double variance_from(double first, double second) noexcept {
   const double difference = first - second;
   return std::isfinite(difference) ? std::max(difference, 0.0) : std::numeric_limits<double>::infinity();
