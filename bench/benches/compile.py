@@ -95,13 +95,12 @@ def measure_whole(options, compiler):
     subprocess.run(["cmake", "--preset", WHOLE_PRESET, "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
     folder = pathlib.Path("build") / WHOLE_PRESET
     built = subprocess.run(["ninja", "-C", folder, "-t", "inputs", WHOLE_TARGET], check=True, capture_output=True, text=True).stdout.split()
-    sources = {str((folder / word).resolve()) for word in built if word.endswith(".cpp")}
+    objects = {word for word in built if word.endswith(".o")}
     seconds, megabytes, text, files, first = 0.0, 0.0, 0, 0, []
     for entry in json.loads((folder / "compile_commands.json").read_text()):
-        # A source may belong to other programs, too, which are those of bench/.
-        if entry["file"] not in sources or " -o bench/" in entry["command"]:
-            continue
         words = shlex.split(entry["command"])
+        if words[words.index("-o") + 1] not in objects:
+            continue
         words = words[next(i for i, word in enumerate(words) if re.search(r"(g\+\+|clang\+\+|c\+\+)[-\d.]*$", word)) + 1:]
         words = words[:words.index("-o")]
         drop = ("-O", "-march") if compiler == "g++" else ("-O", "-march", "--param", "-fno-tree-slp-vectorize", "-fpch-preprocess", "-no-pie")
