@@ -89,6 +89,16 @@ TEST_CASE("Sums by technique give the weights under any counts", "[weights][pilo
   CHECK(worst_error<float>(20000, 42) < 1e-5);
 }
 
+TEST_CASE("A path whose own technique has no density has none relative to it", "[weights]") {
+  using Sums = gmis::SeparateSums<float>;
+  const auto relative = [](auto zero, auto one) {
+    const auto own = Sums::of<gmis::Technique::merge>(zero);
+    return Sums::weight({own, Sums::of<gmis::Technique::splat>(one)}).relative;
+  };
+  CHECK(relative(0.0, 1.0) == gmis::PerTechnique<float>{});
+  CHECK(relative(gmis::Extended<float>(0.0F), gmis::Extended<float>(1.0F)) == gmis::PerTechnique<float>{});
+}
+
 TEST_CASE("The factors of a candidate are its counts over those that were made", "[pilot]") {
   const gmis::SampleCounts made{1.0, 2, true, true};
   using Factors = gmis::PerTechnique<double>;
