@@ -367,6 +367,28 @@ TEMPLATE_TEST_CASE("hostile: a Phong lobe of a thousandth of a radian has the wi
   }
 }
 
+TEMPLATE_TEST_CASE("hostile: the value of a Phong lobe of a thousandth of a radian has digits", "[hostile][materials]",
+                   float, double) {
+  // (n + 2)/(2π) cosⁿ of the angle between the directions themselves, in double.
+  using T = TestType;
+  constexpr double n = 1e6;
+  const auto material = make_phong<T>({0, 0, 0}, {1, 1, 1}, n);
+  const SurfaceBsdf<T> bsdf(material, {0, 0, 1}, {0, 0, 1});
+  Philox source(gmis_test::seed(526));
+  for (int i = 0; i < 1000; ++i) {
+    const auto [u, v, x, y] = uniforms<double, 4>(source);
+    const glm::dvec3 mirrored = square_to_cosine_hemisphere(Vec2<double>{u, v});
+    const Vec3<T> to_prev(-mirrored.x, -mirrored.y, mirrored.z);
+    const Vec3<T> to_next(glm::normalize(mirrored + 2e-3 * glm::dvec3(x - 0.5, y - 0.5, 0)));
+    const glm::dvec3 r = glm::normalize(glm::dvec3(-to_prev.x, -to_prev.y, to_prev.z)),
+                     apart = r - glm::normalize(glm::dvec3(to_next));
+    if (to_next.z < T(0.1)) continue;
+    const double value = (n + 2) / (2 * pi<double>)*std::exp(n * std::log1p(-glm::dot(apart, apart) / 2));
+    CHECK(static_cast<double>(bsdf.evaluate(to_prev, to_next, TransportMode::radiance).value.x) ==
+          Approx(value).epsilon(2e4 * static_cast<double>(std::numeric_limits<T>::epsilon())));
+  }
+}
+
 TEST_CASE("hostile: rough glass of index 0.5 and 3 draws what it states", "[hostile][materials]") {
   Philox source(gmis_test::seed(524));
   const double level = sidak_level(1e-3, 18);

@@ -98,6 +98,11 @@ TEST_CASE("the grid is exact in awkward layouts") {
   SECTION("a tiny radius in a huge box: cell coordinates stay in range") {
     CHECK(wrong_answers(random_points(500, source, 1e20F), 1e-10F, source, 100) == 0);
   }
+  SECTION("few buckets: rows of cells share some of them, in either order") {
+    int wrong = 0;
+    for (int layout = 0; layout < 400; ++layout) wrong += wrong_answers(random_points(4, source), 0.05F, source, 50);
+    CHECK(wrong == 0);
+  }
   SECTION("a flat layout") {
     std::vector<Point> points = random_points(2000, source);
     for (Point& point : points) point.y = 0.5F;
