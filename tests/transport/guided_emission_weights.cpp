@@ -42,9 +42,7 @@ TEST_CASE("guided emission: what the engine weights and adds is what brute force
     check<Vcm, gmis_test::DiscreteWorld<double, true>>();
   }
   SECTION("vcm, connections drawn from the cache, a local count of merging") {
-    auto local = settings();
-    local.counts.light_paths = 1.0;
-    local.counts.connections = 3;
+    auto local = gmis_test::path_by_path::with_cache(settings(), 3);
     local.counts.local_merges = true;
     local.radius = 0.05;
     local.counts.radius_factor = 8.0;

@@ -32,12 +32,7 @@ TEST_CASE("lights chosen for their receiver: what the engine weights and adds is
     check<Vcm>();
   }
   SECTION("vcm, two and four connections drawn from the cache of all trees") {
-    for (const int connections : {2, 4}) {
-      auto cached = settings();
-      cached.counts.light_paths = 1.0;
-      cached.counts.connections = connections;
-      check<Vcm>(cached);
-    }
+    for (const int connections : {2, 4}) check<Vcm>(gmis_test::path_by_path::with_cache(settings(), connections));
   }
   SECTION("vcm, a local count of merging") {
     auto local = settings();

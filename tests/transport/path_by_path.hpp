@@ -56,6 +56,14 @@ struct Outcome {
   return result;
 }
 
+/// These settings with a tree a pixel, and connections drawn from the cache of all trees.
+[[nodiscard]] inline ways::Settings with_cache(ways::Settings settings, int connections) {
+  settings.counts.light_paths = 1.0;
+  settings.counts.connections = connections;
+  settings.counts.connects_paired_tree = false;
+  return settings;
+}
+
 /// The densities, weights and value of one path by brute force, and the engine's weights.
 struct Known {
   std::vector<long double> drawn_density;  ///< a connection's with one particular vertex of a tree

@@ -60,10 +60,7 @@ TEST_CASE("what the engine weights and what it adds is what brute force says, pa
     check_both_cameras<Power>(1e-10, 100);
   }
   SECTION("vcm, connections drawn from the cache of all trees") {
-    auto cached = settings();
-    cached.counts.light_paths = 1.0;
-    cached.counts.connections = 3;
-    check_both_cameras<Vcm>(1e-10, 100, cached);
+    check_both_cameras<Vcm>(1e-10, 100, gmis_test::path_by_path::with_cache(settings(), 3));
   }
   SECTION("vcm, a local count of merging") {
     auto local = settings();
