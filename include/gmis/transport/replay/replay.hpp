@@ -154,18 +154,9 @@ class ReplayOutput : public PathObserver {
  private:
   [[nodiscard]] bool is_light() const { return path_.name.kind == PathKind::light; }
 
-  /// Index of the vertex before one of this depth. Light trees are traced breadth first, camera
-  /// subpaths depth first.
-  [[nodiscard]] std::size_t parent_of(int depth) const {
-    if (is_light()) return at_;
-    std::size_t parent = path_.vertices.size() - 1;
-    while (path_.vertices[parent].depth != depth - 1) --parent;
-    return parent;
-  }
-
   [[nodiscard]] ReplayedVertex<S> after(const Step<S>& step, const S& throughput, int depth) const {
     ReplayedVertex<S> seen;
-    seen.parent = parent_of(depth);
+    seen.parent = is_light() ? at_ : path_.vertices.size() - 1;  // light trees are traced breadth first
     seen.depth = depth;
     seen.to_prev = -step.to_next;
     seen.throughput = throughput;
