@@ -308,8 +308,8 @@ TEST_CASE("The moment of a guide counts each arrival by its share of next events
   Arrivals scaled = arrivals;
   bool is_any_shared = false;
   for (auto& arrival : scaled) {
-    is_any_shared = is_any_shared || arrival.next_event_share < 0.5;
-    arrival.mass *= std::exchange(arrival.next_event_share, 1.0);
+    is_any_shared = is_any_shared || arrival.next_event_share < 0.5F;
+    arrival.mass *= std::exchange(arrival.next_event_share, 1.0F);
   }
   CHECK(is_any_shared);
   const Guide guide = learn(scene);

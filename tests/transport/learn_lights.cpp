@@ -55,7 +55,7 @@ const std::vector<PointLight> alike{{{0.5, 9, 0}, 4}, {{-0.5, 9, 0}, 4}};
 
 TEST_CASE("The gain leaves out the largest hundredth, narrow lobes and lights without power") {
   using Arrival = gmis::Arrival<float, Scene::Light>;
-  const auto arrival = [](double mass, double chosen, double by_power, bool has_narrow_lobe) {
+  const auto arrival = [](float mass, float chosen, float by_power, bool has_narrow_lobe) {
     Arrival one{};
     one.mass = mass;
     one.chosen = chosen;
@@ -65,10 +65,10 @@ TEST_CASE("The gain leaves out the largest hundredth, narrow lobes and lights wi
   };
   // 100 with m² = 1 and a ratio of 2, 98 with m² = 4 and a ratio of 1/2; the two largest of 200 say
   // 1000, a narrow lobe and a light that power never chooses the same.
-  std::vector<Arrival> arrivals(100, arrival(1, 0.5, 0.25, false));
-  arrivals.insert(arrivals.end(), 98, arrival(2, 0.25, 0.5, false));
-  arrivals.insert(arrivals.end(), 2, arrival(3, 1, 0.001, false));
-  arrivals.push_back(arrival(1, 1, 0.001, true));
+  std::vector<Arrival> arrivals(100, arrival(1, 0.5F, 0.25F, false));
+  arrivals.insert(arrivals.end(), 98, arrival(2, 0.25F, 0.5F, false));
+  arrivals.insert(arrivals.end(), 2, arrival(3, 1, 0.001F, false));
+  arrivals.push_back(arrival(1, 1, 0.001F, true));
   arrivals.push_back(arrival(1, 1, 0, false));
   const double gain = gmis::receiver_gain(std::span<const Arrival>(arrivals));
   CHECK(gain == Approx((100 * 2 + 98 * 4 * 0.5) / (100 + 98 * 4.0)));

@@ -8,6 +8,7 @@
 #include <memory>
 #include <numeric>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -26,17 +27,16 @@ namespace gmis {
 /// Light that arrives at a vertex x_1 of a camera subpath from a point x_0 of a light.
 template <std::floating_point T, class L>
 struct Arrival {
-  const L* light;                  ///< which
-  std::optional<Vec2<T>> numbers;  ///< `start_numbers`
-  SurfacePoint<T> origin;          ///< x_0; not used for an infinite light
-  Vec3<T> direction;               ///< unit, from x_0 to x_1
-  Vec3<T> receiver;                ///< x_1
-  T first;                         ///< the light's `EmissionDensity::first`
-  double mass;                     ///< estimated contribution to the picture
-  double next_event_share = 1;     ///< of `mass`: `detail::next_event_share`
-  double chosen = 1;               ///< probability with which the light was chosen
-  double by_power = 1;             ///< probability with which light subpaths choose it
-  bool has_narrow_lobe = false;    ///< x_1
+  const L* light;                ///< which
+  SurfacePoint<T> origin;        ///< x_0; not used for an infinite light
+  Vec3<T> direction;             ///< unit, from x_0 to x_1
+  Vec3<T> receiver;              ///< x_1
+  T first;                       ///< the light's `EmissionDensity::first`
+  T mass;                        ///< estimated contribution to the picture
+  T next_event_share = 1;        ///< of `mass`: `detail::next_event_share`
+  T chosen = 1;                  ///< probability with which the light was chosen
+  T by_power = 1;                ///< probability with which light subpaths choose it
+  bool has_narrow_lobe = false;  ///< x_1
 };
 
 namespace detail {
@@ -92,17 +92,14 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
           response = mean_channel(bsdf.value);
           density = bsdf.pdf.forward.value;
         }
-        const double mass = static_cast<double>(throughput * response * mean_channel(light->weight) *
-                                                (cosine / choice.selection_probability));
-        if (mass > 0 && std::isfinite(mass) && is_usable_density(light->next_event_density) &&
+        const T mass = throughput * response * mean_channel(light->weight) * (cosine / choice.selection_probability);
+        if (mass > T(0) && std::isfinite(mass) && is_usable_density(light->next_event_density) &&
             scene.visible(choice.light->is_infinite() ? leave(hit->point, light->to_light)
                                                       : segment(hit->point, light->origin, light->to_light)))
           found(Arrival<T, typename Sc::Light>{
-              choice.light, choice.light->start_numbers(light->origin, -light->to_light), light->origin,
-              -light->to_light, hit->point.position, light->density.first, mass,
-              static_cast<double>(next_event_share(choice, *light, hit->point, survival * density)),
-              static_cast<double>(choice.selection_probability),
-              static_cast<double>(scene.selection_probability(*choice.light)), is_narrow});
+              choice.light, light->origin, -light->to_light, hit->point.position, light->density.first, mass,
+              next_event_share(choice, *light, hit->point, survival * density), choice.selection_probability,
+              scene.selection_probability(*choice.light), is_narrow});
       }
     source.at_vertex(static_cast<std::uint32_t>(2 * depth + 1));
     const Vec3<T> to_prev = -direction;
@@ -139,39 +136,32 @@ void find_quantiles(std::span<std::pair<T, double>> values, double below, std::s
   find_quantiles(values.subspan(middle), left, wanted.subspan(split), found.subspan(split));
 }
 
-/// An arrival, and what of its mass counts.
-template <std::floating_point T, class L>
-struct BoundedArrival {
-  const Arrival<T, L>* arrival;
-  double mass;
-
-  const Arrival<T, L>* operator->() const noexcept { return arrival; }
-};
-
 /// The aim of one light: the centre is the median of the receivers in each coordinate, and the
-/// rings have the same mass. Nothing when no line comes towards the centre. All arrivals are of one
-/// light.
+/// rings have the same mass, of which an arrival has at most `most`. Nothing when no line comes
+/// towards the centre. All arrivals are of one light.
 template <std::floating_point T, class L>
-[[nodiscard]] std::optional<Aim<T>> aim_at(std::span<const BoundedArrival<T, L>> arrivals) {
+[[nodiscard]] std::optional<Aim<T>> aim_at(std::span<const Arrival<T, L>* const> arrivals, double most) {
   constexpr T narrowest = T(1e-3), least_growth = T(1.05);
   constexpr std::size_t rings = Aim<T>::rings;
   std::vector<std::pair<T, double>> values;
+  const auto add = [&](T value, const Arrival<T, L>& arrival) {
+    values.emplace_back(value, std::min(static_cast<double>(arrival.mass), most));
+  };
   const auto sum_of_masses = [&] {
     return std::accumulate(values.begin(), values.end(), 0.0, [](double sum, const auto& v) { return sum + v.second; });
   };
   Vec3<T> centre;
   for (int axis = 0; axis < 3; ++axis) {
     values.clear();
-    for (const auto& arrival : arrivals) values.emplace_back(arrival->receiver[axis], arrival.mass);
+    for (const auto* arrival : arrivals) add(arrival->receiver[axis], *arrival);
     const double half = 0.5 * sum_of_masses();
     find_quantiles<T>(values, 0.0, std::span(&half, 1), std::span(&centre[axis], 1));
   }
   values.clear();
-  for (const auto& arrival : arrivals) {
+  for (const auto* arrival : arrivals) {
     const bool is_towards =
         arrival->light->is_infinite() || glm::dot(centre - arrival->origin.position, arrival->direction) > T(0);
-    if (is_towards)
-      values.emplace_back(glm::length(glm::cross(centre - arrival->receiver, arrival->direction)), arrival.mass);
+    if (is_towards) add(glm::length(glm::cross(centre - arrival->receiver, arrival->direction)), *arrival);
   }
   if (values.empty()) return std::nullopt;
   const double mass = sum_of_masses();
@@ -187,14 +177,15 @@ template <std::floating_point T, class L>
   return Aim<T>(centre, radii);
 }
 
-/// The table over `start_numbers` of one light: the masses in the bins, spread by (1 2 1)/4 along
-/// either axis.
+/// The table over `start_numbers` of one light: the masses in the bins, each arrival's at most
+/// `most`, spread by (1 2 1)/4 along either axis.
 template <std::floating_point T, class L>
-[[nodiscard]] SquareTable<T> table_of(std::span<const BoundedArrival<T, L>> arrivals) {
+[[nodiscard]] SquareTable<T> table_of(std::span<const Arrival<T, L>* const> arrivals, double most) {
   using Table = SquareTable<T>;
   std::array<double, Table::size> masses{};
-  for (const auto& arrival : arrivals)
-    if (arrival->numbers) masses[Table::bin_of(*arrival->numbers)] += arrival.mass;
+  for (const auto* arrival : arrivals)
+    if (const auto numbers = arrival->light->start_numbers(arrival->origin, arrival->direction))
+      masses[Table::bin_of(*numbers)] += std::min(static_cast<double>(arrival->mass), most);
   return Table(Table::smoothed(masses), 0.1);
 }
 
@@ -204,32 +195,32 @@ template <std::floating_point T, class L>
 /// make (`next_event_share`), its table and aim follow all of the mass. The order of the lights in
 /// it does not depend on addresses. A light with less than a thousandth of the mass keeps its own
 /// emission, and so do all but the 64 with the most mass.
-template <Scene Sc>
-[[nodiscard]] EmissionGuide<Sc> guide_from(
-    std::span<const Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
+template <Scene Sc, std::ranges::forward_range Arrivals>
+[[nodiscard]] EmissionGuide<Sc> guide_from(Arrivals&& arrivals) {
   using L = typename Sc::Light;
   using T = ScalarOf<typename Sc::Spectrum>;
   constexpr std::size_t most_lights = 64, least_arrivals = 16;
   constexpr double least_share = 1e-3, own_share = 0.25, largest = 32.0;
   // Single arrivals must not rule the guide: a next event next to a lamp has no bound.
-  double total = 0;
-  for (const auto& arrival : arrivals) total += arrival.mass;
-  const double most = largest * total / static_cast<double>(std::max<std::size_t>(1, arrivals.size()));
+  double total = 0, count = 0;
+  for (const auto& arrival : arrivals) total += static_cast<double>(arrival.mass), ++count;
+  const double most = largest * total / std::max(1.0, count);
   struct Part {
     double mass = 0;
-    std::vector<detail::BoundedArrival<T, L>> arrivals;
+    std::vector<const Arrival<T, L>*> arrivals;
   };
   std::vector<Part> parts;
   std::unordered_map<const L*, std::size_t> part_of;
   total = 0;
-  for (std::size_t i = 0; i < arrivals.size(); ++i) {
-    const auto [found, is_new] = part_of.try_emplace(arrivals[i].light, parts.size());
+  for (const auto& arrival : arrivals) {
+    const auto [found, is_new] = part_of.try_emplace(arrival.light, parts.size());
     if (is_new) parts.emplace_back();
     Part& part = parts[found->second];
-    const double mass = std::min(arrivals[i].mass, most), of_next_events = mass * arrivals[i].next_event_share;
+    const double mass = std::min(static_cast<double>(arrival.mass), most);
+    const double of_next_events = mass * static_cast<double>(arrival.next_event_share);
     total += of_next_events;
     part.mass += of_next_events;
-    part.arrivals.push_back({&arrivals[i], mass});
+    part.arrivals.push_back(&arrival);
   }
   std::erase_if(parts, [&](const Part& part) {
     return !(part.mass > 0) || part.mass < least_share * total || part.arrivals.size() < least_arrivals;
@@ -240,8 +231,8 @@ template <Scene Sc>
   std::vector<GuidedLight<T, L>> lights;
   std::vector<double> masses;
   for (const Part& part : parts)
-    if (const auto aim = detail::aim_at<T, L>(part.arrivals)) {
-      lights.push_back({part.arrivals.front()->light, T(0), detail::table_of<T, L>(part.arrivals), *aim});
+    if (const auto aim = detail::aim_at<T, L>(part.arrivals, most)) {
+      lights.push_back({part.arrivals.front()->light, T(0), detail::table_of<T, L>(part.arrivals, most), *aim});
       masses.push_back(part.mass);
     }
   const double guided = std::accumulate(masses.begin(), masses.end(), 0.0);
@@ -254,13 +245,11 @@ template <Scene Sc>
 /// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide,
 /// over that without it. It is taken for an f that is proportional to the density of the arrivals,
 /// each counted by its `next_event_share`: below 1 the guide makes emission better, on the whole.
-template <Scene Sc>
-[[nodiscard]] double relative_moment(
-    const Sc& scene, const EmissionGuide<Sc>& guide,
-    std::span<const Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>> arrivals) {
+template <Scene Sc, std::ranges::input_range Arrivals>
+[[nodiscard]] double relative_moment(const Sc& scene, const EmissionGuide<Sc>& guide, Arrivals&& arrivals) {
   double sum = 0, total = 0;
   for (const auto& arrival : arrivals) {
-    const double mass = arrival.mass * arrival.next_event_share;
+    const double mass = static_cast<double>(arrival.mass) * static_cast<double>(arrival.next_event_share);
     total += mass;
     sum += mass / static_cast<double>(guide.ratio(*arrival.light, scene.selection_probability(*arrival.light),
                                                   arrival.first, arrival.origin, arrival.direction, arrival.receiver));
@@ -273,12 +262,15 @@ template <Scene Sc>
 /// E[m²]. 1 where no arrival tells, and where the arrivals were chosen by power. Surfaces with a
 /// narrow lobe have next events of little value and do not count; the largest hundredth of the
 /// contributions is left out, for a few may have most of the sum.
-template <std::floating_point T, class L>
-[[nodiscard]] double receiver_gain(std::span<const Arrival<T, L>> arrivals) {
+template <std::ranges::input_range Arrivals>
+[[nodiscard]] double receiver_gain(Arrivals&& arrivals) {
   std::vector<std::pair<double, double>> squares;  // m², as lights were chosen and as by power
   for (const auto& arrival : arrivals)
-    if (!arrival.has_narrow_lobe && arrival.by_power > 0)
-      squares.emplace_back(square(arrival.mass), square(arrival.mass) * arrival.chosen / arrival.by_power);
+    if (!arrival.has_narrow_lobe && arrival.by_power > 0) {
+      const double moment = square(static_cast<double>(arrival.mass));
+      squares.emplace_back(moment,
+                           moment * static_cast<double>(arrival.chosen) / static_cast<double>(arrival.by_power));
+    }
   std::sort(squares.begin(), squares.end());
   double moment = 0, by_power = 0;
   for (std::size_t i = 0; i < squares.size() - squares.size() / 100; ++i) {
@@ -292,7 +284,7 @@ template <std::floating_point T, class L>
 template <Scene Sc>
 struct LearnedLights final : AnyLearnedLights {
   EmissionGuide<Sc> guide;              ///< of light subpaths; empty where it would gain little
-  double receiver_gain = 1.0;           ///< see the function of this name
+  double receiver_gain = 1.0;           ///< see the function of this name; 1 where the scene leaves no choice
   std::optional<double> emission_gain;  ///< `LightUse::emission_gain`
 
   /// True when next events choose lights for the receiver in a scene where this is optional.
@@ -322,21 +314,19 @@ template <Scene Sc, Executor E>
   const std::size_t paths = part_count * part_size;
   std::vector<Found> parts(part_count);
   executor.parallel_for(parts.size(), [&](std::size_t part) {
+    Found found;
     for (std::size_t i = part * part_size; i < (part + 1) * part_size; ++i) {
       const std::uint64_t pixel = i * pixels / paths;
       const auto width = static_cast<std::uint64_t>(size.x);
       detail::find_arrivals(scene, {static_cast<int>(pixel % width), static_cast<int>(pixel / width)}, max_depth,
                             Philox(seed, 0, static_cast<std::uint32_t>(i), stream),
-                            [&](const auto& arrival) { parts[part].push_back(arrival); });
+                            [&](const auto& arrival) { found.push_back(arrival); });
     }
+    parts[part] = found;  // a copy without spare room: memory that was not used before is slow at first
   });
-  Found all;
-  std::size_t count = 0;
-  for (const Found& part : parts) count += part.size();
-  all.reserve(count);
-  for (const Found& part : parts) all.insert(all.end(), part.begin(), part.end());
+  const auto all = std::views::join(parts);
   auto learned = std::make_shared<LearnedLights<Sc>>();
-  learned->receiver_gain = receiver_gain<T, typename Sc::Light>(all);
+  if (receiver_choice_of(scene) == ReceiverChoice::where_it_pays) learned->receiver_gain = receiver_gain(all);
   if (!(most_moment > 0.0)) return learned;
   learned->guide = guide_from<Sc>(all);
   const double moment = learned->guide.is_empty() ? 1.0 : relative_moment<Sc>(scene, learned->guide, all);
