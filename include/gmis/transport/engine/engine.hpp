@@ -323,11 +323,13 @@ void Engine<Sc, Method_, Source>::measure_light_trees(ExecutorRef executor) {
     typename LightVertexCache<StoredVertex>::Chunk stored;
     if constexpr (has_light_side) {
       LightWalk tree(context, ignored);
-      for (std::size_t i = 0; i < chunk_size; ++i)
+      for (std::size_t i = 0; i < chunk_size; ++i) {
         tree.trace(Source(settings_.seed, 0, static_cast<std::uint32_t>(part * chunk_size + i), census_stream), &stored,
                    &parts[part].children);
+        parts[part].stored += stored.size();
+        stored.clear();
+      }
     }
-    parts[part].stored = stored.size();
   });
   Census whole;
   for (const Census& part : parts) {
