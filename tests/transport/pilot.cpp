@@ -203,9 +203,22 @@ TEST_CASE("A pilot takes one pixel of each group of N, and not always the same o
         }
         const auto pixel = static_cast<std::uint32_t>(y * 9000 + x);
         if (!grid.takes(pixel)) continue;
+        CHECK(grid.index(pixel) == taken);
+        CHECK(grid.taken()[taken] == pixel);
         ++taken_in_group, ++taken, ++of_place[number % one.step], ++of_tile[grid.tile(pixel)];
       }
     CHECK(taken == (number + one.step - 1) / one.step);
+    CHECK(grid.taken().size() == taken);
+    for (const int row : {0, one.upper.y - one.lower.y - 1}) {
+      const int first = (one.upper.x - one.lower.x) / 3, last = one.upper.x - one.lower.x - 1;
+      std::vector<std::uint32_t> visited, expected;
+      grid.for_each_in_row(row, first, last, [&](std::size_t i) { visited.push_back(grid.taken()[i]); });
+      for (int x = first; x <= last; ++x) {
+        const auto pixel = static_cast<std::uint32_t>((one.lower.y + row) * 9000 + one.lower.x + x);
+        if (grid.takes(pixel)) expected.push_back(pixel);
+      }
+      CHECK(visited == expected);
+    }
     // A hash, which needs no seed: no place has less than half or more than twice its share.
     for (const std::uint32_t count : of_place) {
       CHECK(2 * count * one.step >= taken);
@@ -290,13 +303,14 @@ TEST_CASE("What merging changes in the pilot's picture is what it says of the ca
   gmis::SerialExecutor executor;
   engine.iterate(executor);
   float greatest = 0.0F;
+  std::size_t i = 0;
   engine.for_each_output([&](auto& output) {
-    for (std::size_t i = 0; i < output.pixel_count(); ++i) {
-      const float change = output.pixel(i).kernel_change[0];
-      CHECK(engine.merging_change()[output.pixel(i).pixel] == Approx(change).epsilon(1e-3).margin(1e-4));
+    for (const float change : output.kernel_changes) {
+      CHECK(engine.merging_change()[candidates.grid.taken()[i++]] == Approx(change).epsilon(1e-3).margin(1e-4));
       greatest = std::max(greatest, std::abs(change));
     }
   });
+  CHECK(i == candidates.grid.taken().size());
   CHECK(greatest > 0.01F);
 }
 

@@ -84,12 +84,13 @@ class AnyPilot {
   /// pairs of iterations. Without a pixel all predicted values are 0.
   GMIS_RARE [[nodiscard]] std::vector<Forecast> forecasts(const OperationCosts& costs = {}) const {
     std::vector<Forecast> all(candidates_.size());
+    const Counters camera_work = engine().counters() - engine().light_work();
     for (std::size_t c = 0; c < all.size(); ++c) {
       all[c].counts = candidates_[c];
       if (!has_seen_pixels()) continue;
       all[c].variance = std::max(0.0, variance_[c]) / pixels_taken_;
       all[c].squared_bias = squared_bias(c);
-      all[c].cost = (pixels_for_each() * predicted_camera_cost(candidates_[c], made_, work_, costs) +
+      all[c].cost = (pixels_for_each() * predicted_camera_cost(candidates_[c], made_, camera_work, costs) +
                      predicted_light_cost(candidates_[c], made_, light_work(), photons_, costs)) /
                     static_cast<double>(iterations());
       all[c].missing_share = light_ > 0.0 ? missing_[c] / light_ : 0.0;
@@ -121,11 +122,9 @@ class AnyPilot {
   GMIS_RARE void observe(std::vector<PilotOutput<S>*> outputs, glm::ivec2 resolution,
                          std::uint32_t expected_iterations) {
     shape_.grid = PilotGrid(resolution, engine().crop(), expected_iterations);
-    for (PilotOutput<S>* const output : outputs) {
-      output->analyse(&shape_);
-      outputs_.push_back(output);
-    }
-    pictures_.assign(engine().frame().size(), 0.0F);
+    outputs_ = std::move(outputs);
+    for (PilotOutput<S>* const output : outputs_) output->analyse(&shape_);
+    pictures_.assign(shape_.grid.taken().size(), 0.0F);
   }
 
   /// Takes in the iteration that the engine has just rendered, with this number of photons.
@@ -135,11 +134,14 @@ class AnyPilot {
   }
 
  private:
-  /// The estimates of one iteration.
+  /// The estimates of one iteration. The sums stay in the blocks in which the outputs made them:
+  /// memory that the process has not used before costs more than their use.
   struct Analysis {
-    std::vector<float> picture;
-    std::vector<float> means, splats, second_moments;  ///< A, B, ∫ f²/D with the pairs of A, per pixel and candidate
-    std::vector<double> kernel_changes;                ///< sum of `PixelRecord::kernel_change`, per tile and candidate
+    std::vector<std::vector<float>> sums;    ///< `PilotOutput::pixel_sums`, per output
+    std::vector<float*> camera;              ///< per pixel that is taken, its rows in `sums`
+    std::vector<std::vector<float>> splats;  ///< B, per pixel that is taken and candidate; empty where there is none
+    std::vector<float> picture;              ///< per pixel that is taken
+    std::vector<double> kernel_changes;      ///< sum of `PilotOutput::kernel_changes`, per tile and candidate
   };
 
   /// Sums over pairs of iterations, for the squared bias of one candidate: that of the tiles, that
@@ -148,7 +150,6 @@ class AnyPilot {
     double tiles = 0.0, tiles_noise = 0.0, whole = 0.0, whole_noise = 0.0;
   };
 
-  static constexpr std::uint32_t not_taken = 0xFFFFFFFFU;
   /// The estimate of a pixel's squared mean counts at most this many times that of its second
   /// moment. The true squared mean is no larger than the second moment, but its estimate is a
   /// product of the candidate's own samples: two fireflies in one pixel, one in each iteration,
@@ -159,43 +160,38 @@ class AnyPilot {
   void analyse(Analysis& all, std::size_t photon_count) {
     const PilotGrid& grid = shape_.grid;
     const std::size_t n = shape_.count;
-    all.means.clear();
-    all.second_moments.clear();
-    all.splats.clear();
+    all.sums.resize(outputs_.size());
+    all.camera.clear();
+    all.splats.resize(grid.taken().size());
+    for (std::vector<float>& splats : all.splats) splats.clear();
     all.kernel_changes.assign(n * grid.tile_count(), 0.0);
-    pixels_.clear();
-    place_.assign(engine().frame().size(), not_taken);
-    for (const PilotOutput<S>* const of_chunk : outputs_) {
-      const PilotOutput<S>& output = *of_chunk;
+    for (std::size_t o = 0; o < outputs_.size(); ++o) {
+      PilotOutput<S>& output = *outputs_[o];
       for (std::size_t c = 0; c < output.missing.size(); ++c) missing_[c] += output.missing[c];
-      work_ += output.work();
-      for (std::size_t i = 0; i < output.pixel_count(); ++i) {
-        const auto record = output.pixel(i);
-        place_[record.pixel] = static_cast<std::uint32_t>(pixels_.size());
-        pixels_.push_back(record.pixel);
-        all.means.insert(all.means.end(), record.mean.begin(), record.mean.end());
-        all.second_moments.insert(all.second_moments.end(), record.second_moment.begin(), record.second_moment.end());
-        double* const changes = all.kernel_changes.data() + n * grid.tile(record.pixel);
-        for (std::size_t c = 0; c < n; ++c) changes[c] += static_cast<double>(record.kernel_change[c]);
+      std::swap(all.sums[o], output.pixel_sums);
+      for (std::size_t i = 0; i < output.kernel_changes.size(); i += n) {
+        double* const changes = all.kernel_changes.data() + n * grid.tile(grid.taken()[all.camera.size()]);
+        for (std::size_t c = 0; c < n; ++c) changes[c] += static_cast<double>(output.kernel_changes[i + c]);
+        all.camera.push_back(all.sums[o].data() + 2 * i);
       }
     }
-    all.splats.resize(all.means.size(), 0.0F);
-    for (const PilotOutput<S>* const of_chunk : outputs_) {
-      const PilotOutput<S>& output = *of_chunk;
-      for (const auto& splat : output.splat_records()) {
-        const std::size_t first = n * place_[splat.pixel];
-        output.for_each_candidate(splat,
-                                  [&](std::size_t c, const typename PilotOutput<S>::Terms& terms, std::size_t i) {
-                                    all.splats[first + c] += terms.own[i];
-                                    all.second_moments[first + c] += terms.second_moment[i];
-                                    missing_[c] += static_cast<double>(terms.missed[i]);
-                                  });
+    for (const PilotOutput<S>* const output : outputs_)
+      for (const auto& splat : output->splat_records()) {
+        const std::size_t pixel = grid.index(splat.pixel);
+        all.splats[pixel].resize(n);
+        output->for_each_candidate(splat,
+                                   [&](std::size_t c, const typename PilotOutput<S>::Terms& terms, std::size_t i) {
+                                     all.splats[pixel][c] += terms.own[i];
+                                     all.camera[pixel][n + c] += terms.second_moment[i];
+                                     missing_[c] += static_cast<double>(terms.missed[i]);
+                                   });
       }
-    }
     photons_ += photon_count;
     all.picture.clear();
-    for (const S& value : engine().frame()) all.picture.push_back(static_cast<float>(mean_channel(value)));
-    for (const std::uint32_t pixel : pixels_) light_ += static_cast<double>(all.picture[pixel]);
+    for (const std::uint32_t pixel : grid.taken()) {
+      all.picture.push_back(static_cast<float>(mean_channel(engine().frame()[pixel])));
+      light_ += static_cast<double>(all.picture.back());
+    }
   }
 
   /// Adds a pair of independent iterations. The product of two independent estimates has the square
@@ -207,14 +203,15 @@ class AnyPilot {
     const std::size_t n = shape_.count;
     std::vector<double> values, scales_a, scales_b, least;
     const std::vector<double> values_a = values_beside(b), values_b = values_beside(a);
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    const std::size_t pixels = pictures_.size();
+    for (std::size_t i = 0; i < pixels; ++i) {
       values.push_back(0.5 * (values_a[i] + values_b[i]));
       scales_a.push_back(0.5 / (square(values_a[i]) + relative_error_floor));
       scales_b.push_back(0.5 / (square(values_b[i]) + relative_error_floor));
       double least_moment = std::numeric_limits<double>::max();
-      for (std::size_t k = i * n; k < (i + 1) * n; ++k)
-        least_moment = std::min(least_moment, scales_a[i] * static_cast<double>(a.second_moments[k]) +
-                                                  scales_b[i] * static_cast<double>(b.second_moments[k]));
+      for (std::size_t k = n; k < 2 * n; ++k)
+        least_moment = std::min(least_moment, scales_a[i] * static_cast<double>(a.camera[i][k]) +
+                                                  scales_b[i] * static_cast<double>(b.camera[i][k]));
       least.push_back(least_moment);
     }
     const double most = detail::firefly_threshold(least);
@@ -222,16 +219,20 @@ class AnyPilot {
     std::vector<double> fewer_trees;
     for (const SampleCounts& candidate : candidates_)
       fewer_trees.push_back(candidate.traces_light() ? made_.light_paths / candidate.light_paths : 0.0);
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    for (std::size_t i = 0; i < pixels; ++i) {
       if (least[i] > most) continue;
       pixels_taken_ += 1.0;
-      for (std::size_t k = i * n, c = 0; c < n; ++c, ++k) {
+      const float *const of_a = a.camera[i], *const of_b = b.camera[i];
+      for (std::size_t c = 0; c < n; ++c) {
         const double scale = scales_a[i] + scales_b[i];
-        const double second_moment = scales_a[i] * static_cast<double>(a.second_moments[k]) +
-                                     scales_b[i] * static_cast<double>(b.second_moments[k]);
-        const double squared_mean = scale * static_cast<double>(a.means[k]) * static_cast<double>(b.means[k]);
+        const double second_moment =
+            scales_a[i] * static_cast<double>(of_a[n + c]) + scales_b[i] * static_cast<double>(of_b[n + c]);
+        const double squared_mean = scale * static_cast<double>(of_a[c]) * static_cast<double>(of_b[c]);
+        const float difference =
+            (a.splats[i].empty() ? 0.0F : a.splats[i][c]) - (b.splats[i].empty() ? 0.0F : b.splats[i][c]);
+        // The last product is an estimate of 2 Cov(A, B) from two independent iterations.
         variance_[c] += second_moment - std::min(squared_mean, most_of_second_moment * second_moment) +
-                        scale * static_cast<double>(covariance_of(a, b, k)) * fewer_trees[c];
+                        scale * static_cast<double>((of_a[c] - of_b[c]) * difference) * fewer_trees[c];
       }
     }
     add_biases(a, b, values);
@@ -247,8 +248,8 @@ class AnyPilot {
   void add_biases(const Analysis& a, const Analysis& b, const std::vector<double>& values) {
     const std::size_t n = shape_.count, tiles = shape_.grid.tile_count();
     std::vector<double> tile_values(tiles, 0.0), tile_pixels(tiles, 0.0);
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      const std::size_t tile = shape_.grid.tile(pixels_[i]);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const std::size_t tile = shape_.grid.tile(shape_.grid.taken()[i]);
       tile_values[tile] += values[i];
       tile_pixels[tile] += 1.0;
     }
@@ -276,11 +277,6 @@ class AnyPilot {
     }
   }
 
-  /// Estimate of 2 Cov(A, B) from two independent iterations.
-  [[nodiscard]] static float covariance_of(const Analysis& a, const Analysis& b, std::size_t k) noexcept {
-    return (a.means[k] - b.means[k]) * (a.splats[k] - b.splats[k]);
-  }
-
   /// Lower confidence bound of the squared bias, at least 0: over tiles the estimate minus two
   /// standard errors, over the whole picture minus one.
   [[nodiscard]] double squared_bias(std::size_t c) const noexcept {
@@ -294,30 +290,23 @@ class AnyPilot {
   /// For each pixel, the value that its error is relative to: that of the known picture, or the
   /// mean of `iteration` and of all pairs before over the pixels around it.
   [[nodiscard]] std::vector<double> values_beside(const Analysis& iteration) const {
+    const PilotGrid& grid = shape_.grid;
     std::vector<double> values;
-    values.reserve(pixels_.size());
-    if (!picture_.empty()) {
-      for (const std::uint32_t pixel : pixels_) values.push_back(picture_[pixel]);
-      return values;
-    }
-    // Sums along rows first; a pixel then adds up those of its column.
-    const PixelBounds& crop = shape_.grid.crop();
-    const int reach = shape_.grid.reach(), width = engine().resolution().x;
-    std::vector<glm::vec2> rows(pictures_.size());  // value and number of pixels
-    for (int y = crop.lower.y; y < crop.upper.y; ++y)
-      for (int x = crop.lower.x; x < crop.upper.x; ++x) {
-        glm::vec2 sum(0.0F);
-        for (int u = std::max(crop.lower.x, x - reach); u <= std::min(crop.upper.x - 1, x + reach); ++u) {
-          const auto p = static_cast<std::size_t>(y * width + u);
-          if (place_[p] != not_taken) sum += glm::vec2(pictures_[p] + iteration.picture[p], 1.0F);
-        }
-        rows[static_cast<std::size_t>(y * width + x)] = sum;
+    values.reserve(pictures_.size());
+    for (const std::uint32_t pixel : grid.taken()) {
+      if (!picture_.empty()) {
+        values.push_back(picture_[pixel]);
+        continue;
       }
-    for (const std::uint32_t pixel : pixels_) {
-      const int x = static_cast<int>(pixel) % width, y = static_cast<int>(pixel) / width;
-      glm::vec2 sum(0.0F);
-      for (int v = std::max(crop.lower.y, y - reach); v <= std::min(crop.upper.y - 1, y + reach); ++v)
-        sum += rows[static_cast<std::size_t>(v * width + x)];
+      const glm::ivec2 at = grid.place(pixel), low = glm::max(at - grid.reach(), glm::ivec2(0)),
+                       high = glm::min(at + grid.reach(), grid.size() - 1);
+      glm::vec2 sum(0.0F);  // value and number of pixels
+      for (int y = low.y; y <= high.y; ++y) {
+        glm::vec2 of_row(0.0F);
+        grid.for_each_in_row(y, low.x, high.x,
+                             [&](std::size_t i) { of_row += glm::vec2(pictures_[i] + iteration.picture[i], 1.0F); });
+        sum += of_row;
+      }
       values.push_back(static_cast<double>(sum.x / (sum.y * static_cast<float>(iterations_in_pictures_ + 1))));
     }
     return values;
@@ -340,14 +329,11 @@ class AnyPilot {
   std::vector<SampleCounts> candidates_;
   SampleCounts made_;  // counts of the pilot itself
   PilotCandidates shape_;
-  std::vector<const PilotOutput<S>*> outputs_;
+  std::vector<PilotOutput<S>*> outputs_;
   std::vector<double> picture_;
-  Analysis first_, second_;            // the current pair of iterations
-  std::vector<std::uint32_t> pixels_;  // those that are taken
-  std::vector<std::uint32_t> place_;   // for each pixel of the frame, its index in `pixels_`
-  std::vector<float> pictures_;        // sum of the pictures of all pairs before
+  Analysis first_, second_;      // the current pair of iterations
+  std::vector<float> pictures_;  // sum of the pictures of all pairs before, per pixel that is taken
   std::uint32_t iterations_in_pictures_ = 0;
-  Counters work_;                 // of the camera subpaths
   std::vector<double> variance_;  // sums over pixels and pairs of iterations, per candidate
   std::vector<BiasSums> biases_;
   std::vector<double> missing_;

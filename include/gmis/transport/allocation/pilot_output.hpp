@@ -51,14 +51,38 @@ class PilotGrid {
       const std::uint32_t hash = (group ^ group >> 16U) * 0x85EBCA6BU;
       const std::int64_t number = first + (hash ^ hash >> 13U) % std::min<std::int64_t>(step_, pixels - first);
       const glm::ivec2 at = crop.lower + glm::ivec2(number % size_.x, number / size_.x);
-      is_taken_[static_cast<std::size_t>(at.y) * width_ + static_cast<std::size_t>(at.x)] = 1;
+      const std::size_t pixel = static_cast<std::size_t>(at.y) * width_ + static_cast<std::size_t>(at.x);
+      is_taken_[pixel] = 1;
+      taken_.push_back(static_cast<std::uint32_t>(pixel));
     }
   }
-  [[nodiscard]] const PixelBounds& crop() const noexcept { return crop_; }
   /// Pixels in the crop for each one that is taken.
   [[nodiscard]] std::uint32_t step() const noexcept { return step_; }
   /// True when the pixel is taken.
   [[nodiscard]] bool takes(std::uint32_t pixel) const noexcept { return is_taken_[pixel] != 0; }
+  /// The pixels that are taken, in increasing order.
+  [[nodiscard]] std::span<const std::uint32_t> taken() const noexcept { return taken_; }
+  /// Index in `taken()` of a pixel that is taken.
+  [[nodiscard]] std::size_t index(std::uint32_t pixel) const noexcept {
+    const glm::ivec2 at = place(pixel);
+    return group(at.x, at.y);
+  }
+  /// Calls `visit` with the index in `taken()` of every pixel that is taken in the columns `first`
+  /// to `last` of a row of the crop, from the left.
+  template <class Visit>
+  void for_each_in_row(int row, int first, int last, Visit&& visit) const {
+    const auto start =
+        static_cast<std::uint32_t>(row + crop_.lower.y) * width_ + static_cast<std::uint32_t>(crop_.lower.x);
+    const auto from = start + static_cast<std::uint32_t>(first), to = start + static_cast<std::uint32_t>(last);
+    for (std::size_t i = group(first, row); i <= group(last, row); ++i)
+      if (taken_[i] >= from && taken_[i] <= to) visit(i);
+  }
+  /// Columns and rows of the crop.
+  [[nodiscard]] glm::ivec2 size() const noexcept { return size_; }
+  /// Column and row in the crop.
+  [[nodiscard]] glm::ivec2 place(std::uint32_t pixel) const noexcept {
+    return glm::ivec2(static_cast<int>(pixel % width_), static_cast<int>(pixel / width_)) - crop_.lower;
+  }
   /// Index of the tile of a pixel, which must lie in the crop; bias is estimated per tile of about
   /// 64 pixels that are taken.
   [[nodiscard]] std::size_t tile(std::uint32_t pixel) const noexcept {
@@ -72,9 +96,11 @@ class PilotGrid {
   }
 
  private:
-  /// Column and row in the crop.
-  [[nodiscard]] glm::ivec2 place(std::uint32_t pixel) const noexcept {
-    return glm::ivec2(static_cast<int>(pixel % width_), static_cast<int>(pixel / width_)) - crop_.lower;
+  /// The group of `step()` pixels that holds this column and row of the crop.
+  [[nodiscard]] std::size_t group(int column, int row) const noexcept {
+    return (static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(size_.x) +
+            static_cast<std::uint32_t>(column)) /
+           step_;
   }
 
   std::uint32_t width_ = 1, step_ = 1;
@@ -82,6 +108,7 @@ class PilotGrid {
   PixelBounds crop_;
   glm::ivec2 size_{0, 0}, tiles_{0, 0};
   std::vector<std::uint8_t> is_taken_;  // of all pixels of the frame
+  std::vector<std::uint32_t> taken_;    // one of each group
 };
 
 /// The candidates of a pilot, in lanes that are worked on at once: no compiler turned loops over
@@ -126,15 +153,6 @@ class PilotOutput : public PathObserver {
     float value;
     TechniqueDensities<float> densities;
   };
-  /// The sums of one pixel, one value per candidate. A is the contribution of the camera subpath.
-  struct PixelRecord {
-    std::uint32_t pixel;
-    std::span<const float> mean;           ///< A
-    std::span<const float> second_moment;  ///< ∫ f²/D and the pairs of A
-    /// The merged part with the candidate's disk minus that with a disk of half the radius, all
-    /// else equal.
-    std::span<const float> kernel_change;
-  };
 
   /// Starts the analysis for `candidates`, which must outlive this output.
   void analyse(const PilotCandidates* candidates) {
@@ -156,20 +174,23 @@ class PilotOutput : public PathObserver {
 
   void clear() {
     film_.clear();
-    pixels_.clear();
-    values_.clear();
+    pixel_sums.clear();
+    kernel_changes.clear();
     splat_records_.clear();
-    work_ = {};
-    is_in_pixel_ = false;
     missing.assign(candidates_ == nullptr ? 0 : candidates_->count, 0.0);
   }
 
   void begin_pixel(std::uint32_t pixel) {
     film_.begin_pixel(pixel);
-    if (candidates_ == nullptr) return;
-    work_before_ = counters();
-    is_in_pixel_ = true;
-    pixels_.push_back(pixel);
+    if (candidates_ != nullptr && pixel_sums.empty()) {
+      // No spare room: memory that the process has not used before is slow at first.
+      const PilotGrid& grid = candidates_->grid;
+      std::size_t sums_in_row = 0;
+      grid.for_each_in_row(grid.place(pixel).y, 0, grid.size().x - 1,
+                           [&](std::size_t) { sums_in_row += candidates_->count; });
+      pixel_sums.reserve(2 * sums_in_row);
+      kernel_changes.reserve(sums_in_row);
+    }
     std::fill(sums_.begin(), sums_.end(), Sums{});
   }
   /// Ends the techniques of a camera vertex. Scales the pairs of connections made there to each
@@ -195,7 +216,7 @@ class PilotOutput : public PathObserver {
 
   void add(TechniqueId id, const S& value, const TechniqueDensities<T>& densities) {
     film_.add(id, value, densities.weight());
-    if (!is_in_pixel_ || !is_finite(value)) return;
+    if (!is_finite(value)) return;
     const bool connects = id.technique == Technique::connect;
     const bool merges = id.technique == Technique::merge;
     has_connections_ = has_connections_ || connects;
@@ -228,11 +249,7 @@ class PilotOutput : public PathObserver {
   }
 
   [[nodiscard]] const S& take_pixel() {
-    if (is_in_pixel_) {
-      work_ += counters() - work_before_;
-      is_in_pixel_ = false;
-      keep_pixel();
-    }
+    if (candidates_ != nullptr) keep_pixel();
     return film_.take_pixel();
   }
 
@@ -241,15 +258,7 @@ class PilotOutput : public PathObserver {
   /// `FilmOutput::merged_light`, for the pilot's pixels.
   [[nodiscard]] double merged_light() const noexcept { return film_.merged_light(); }
 
-  [[nodiscard]] std::size_t pixel_count() const noexcept { return pixels_.size(); }
-  [[nodiscard]] PixelRecord pixel(std::size_t i) const noexcept {
-    const std::size_t n = candidates_->count;
-    const float* const start = values_.data() + 3 * n * i;
-    return {pixels_[i], {start, n}, {start + n, n}, {start + 2 * n, n}};
-  }
   [[nodiscard]] std::span<const SplatRecord> splat_records() const noexcept { return splat_records_; }
-  /// Counted work of the camera subpaths.
-  [[nodiscard]] const Counters& work() const noexcept { return work_; }
 
   /// One contribution, re-weighted for one candidate a lane.
   struct Terms {
@@ -270,6 +279,12 @@ class PilotOutput : public PathObserver {
   }
 
   std::vector<double> missing;  ///< per candidate: light in the pixels that none of its techniques makes
+  /// For each pixel two rows, one value per candidate: A, the contribution of the camera subpath,
+  /// and the second moment, ∫ f²/D with the pairs of A.
+  std::vector<float> pixel_sums;
+  /// For each pixel and candidate, the merged part with the candidate's disk minus that with a disk
+  /// of half the radius, all else equal.
+  std::vector<float> kernel_changes;
 
  private:
   static constexpr std::size_t lanes = PilotCandidates::lanes;
@@ -317,27 +332,24 @@ class PilotOutput : public PathObserver {
 
   /// Stores the sums of the current pixel.
   void keep_pixel() {
-    const std::size_t n = candidates_->count, start = values_.size();
-    values_.resize(start + 3 * n);
+    const std::size_t n = candidates_->count, start = pixel_sums.size();
+    pixel_sums.resize(start + 2 * n);
     for (std::size_t c = 0; c < n; ++c) {
       const Sums& sums = sums_[c / lanes];
       const std::size_t i = c % lanes;
-      values_[start + c] = sums.value[i];
-      values_[start + n + c] = sums.second_moment[i] + square(sums.value[i]);
-      values_[start + 2 * n + c] = sums.kernel_change[i];
+      pixel_sums[start + c] = sums.value[i];
+      pixel_sums[start + n + c] = sums.second_moment[i] + square(sums.value[i]);
+      kernel_changes.push_back(sums.kernel_change[i]);
       missing[c] += static_cast<double>(sums.missing[i]);
     }
   }
 
   FilmOutput<S> film_;
   const PilotCandidates* candidates_ = nullptr;
-  std::vector<std::uint32_t> pixels_;
-  std::vector<float> values_;  // per pixel: the rows mean, second_moment and kernel_change
   std::vector<SplatRecord> splat_records_;
   std::vector<Sums> sums_;
-  Counters work_, work_before_;
   float merge_distance_ = 0.0F;  // as `on_merge` has it
-  bool is_in_pixel_ = false, has_connections_ = false;
+  bool has_connections_ = false;
 };
 
 }  // namespace gmis
