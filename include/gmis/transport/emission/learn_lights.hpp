@@ -8,7 +8,6 @@
 #include <memory>
 #include <numeric>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -38,6 +37,10 @@ struct Arrival {
   T by_power = 1;                ///< probability with which light subpaths choose it
   bool has_narrow_lobe = false;  ///< x_1
 };
+
+/// Light that arrives in a scene of this type.
+template <Scene Sc>
+using ArrivalIn = Arrival<ScalarOf<typename Sc::Spectrum>, typename Sc::Light>;
 
 namespace detail {
 
@@ -96,10 +99,9 @@ void find_arrivals(const Sc& scene, glm::ivec2 pixel, int max_depth, Source sour
         if (mass > T(0) && std::isfinite(mass) && is_usable_density(light->next_event_density) &&
             scene.visible(choice.light->is_infinite() ? leave(hit->point, light->to_light)
                                                       : segment(hit->point, light->origin, light->to_light)))
-          found(Arrival<T, typename Sc::Light>{
-              choice.light, light->origin, -light->to_light, hit->point.position, light->density.first, mass,
-              next_event_share(choice, *light, hit->point, survival * density), choice.selection_probability,
-              scene.selection_probability(*choice.light), is_narrow});
+          found(ArrivalIn<Sc>{choice.light, light->origin, -light->to_light, hit->point.position, light->density.first,
+                              mass, next_event_share(choice, *light, hit->point, survival * density),
+                              choice.selection_probability, scene.selection_probability(*choice.light), is_narrow});
       }
     source.at_vertex(static_cast<std::uint32_t>(2 * depth + 1));
     const Vec3<T> to_prev = -direction;
@@ -195,16 +197,16 @@ template <std::floating_point T, class L>
 /// make (`next_event_share`), its table and aim follow all of the mass. The order of the lights in
 /// it does not depend on addresses. A light with less than a thousandth of the mass keeps its own
 /// emission, and so do all but the 64 with the most mass.
-template <Scene Sc, std::ranges::forward_range Arrivals>
-[[nodiscard]] EmissionGuide<Sc> guide_from(Arrivals&& arrivals) {
+template <Scene Sc>
+[[nodiscard]] EmissionGuide<Sc> guide_from(std::span<const ArrivalIn<Sc>* const> arrivals) {
   using L = typename Sc::Light;
   using T = ScalarOf<typename Sc::Spectrum>;
   constexpr std::size_t most_lights = 64, least_arrivals = 16;
   constexpr double least_share = 1e-3, own_share = 0.25, largest = 32.0;
   // Single arrivals must not rule the guide: a next event next to a lamp has no bound.
-  double total = 0, count = 0;
-  for (const auto& arrival : arrivals) total += static_cast<double>(arrival.mass), ++count;
-  const double most = largest * total / std::max(1.0, count);
+  double total = 0;
+  for (const auto* arrival : arrivals) total += static_cast<double>(arrival->mass);
+  const double most = largest * total / static_cast<double>(std::max<std::size_t>(1, arrivals.size()));
   struct Part {
     double mass = 0;
     std::vector<const Arrival<T, L>*> arrivals;
@@ -212,15 +214,15 @@ template <Scene Sc, std::ranges::forward_range Arrivals>
   std::vector<Part> parts;
   std::unordered_map<const L*, std::size_t> part_of;
   total = 0;
-  for (const auto& arrival : arrivals) {
-    const auto [found, is_new] = part_of.try_emplace(arrival.light, parts.size());
+  for (const auto* arrival : arrivals) {
+    const auto [found, is_new] = part_of.try_emplace(arrival->light, parts.size());
     if (is_new) parts.emplace_back();
     Part& part = parts[found->second];
-    const double mass = std::min(static_cast<double>(arrival.mass), most);
-    const double of_next_events = mass * static_cast<double>(arrival.next_event_share);
+    const double mass = std::min(static_cast<double>(arrival->mass), most);
+    const double of_next_events = mass * static_cast<double>(arrival->next_event_share);
     total += of_next_events;
     part.mass += of_next_events;
-    part.arrivals.push_back(&arrival);
+    part.arrivals.push_back(arrival);
   }
   std::erase_if(parts, [&](const Part& part) {
     return !(part.mass > 0) || part.mass < least_share * total || part.arrivals.size() < least_arrivals;
@@ -245,14 +247,15 @@ template <Scene Sc, std::ranges::forward_range Arrivals>
 /// The second moment ∫ f²/p of the light that arrives, by emission with the density p of the guide,
 /// over that without it. It is taken for an f that is proportional to the density of the arrivals,
 /// each counted by its `next_event_share`: below 1 the guide makes emission better, on the whole.
-template <Scene Sc, std::ranges::input_range Arrivals>
-[[nodiscard]] double relative_moment(const Sc& scene, const EmissionGuide<Sc>& guide, Arrivals&& arrivals) {
+template <Scene Sc>
+[[nodiscard]] double relative_moment(const Sc& scene, const EmissionGuide<Sc>& guide,
+                                     std::span<const ArrivalIn<Sc>* const> arrivals) {
   double sum = 0, total = 0;
-  for (const auto& arrival : arrivals) {
-    const double mass = static_cast<double>(arrival.mass) * static_cast<double>(arrival.next_event_share);
+  for (const auto* const a : arrivals) {
+    const double mass = static_cast<double>(a->mass) * static_cast<double>(a->next_event_share);
     total += mass;
-    sum += mass / static_cast<double>(guide.ratio(*arrival.light, scene.selection_probability(*arrival.light),
-                                                  arrival.first, arrival.origin, arrival.direction, arrival.receiver));
+    sum += mass / static_cast<double>(guide.ratio(*a->light, scene.selection_probability(*a->light), a->first,
+                                                  a->origin, a->direction, a->receiver));
   }
   return total > 0 ? sum / total : 1.0;
 }
@@ -262,14 +265,14 @@ template <Scene Sc, std::ranges::input_range Arrivals>
 /// E[m²]. 1 where no arrival tells, and where the arrivals were chosen by power. Surfaces with a
 /// narrow lobe have next events of little value and do not count; the largest hundredth of the
 /// contributions is left out, for a few may have most of the sum.
-template <std::ranges::input_range Arrivals>
-[[nodiscard]] double receiver_gain(Arrivals&& arrivals) {
+template <std::floating_point T, class L>
+[[nodiscard]] double receiver_gain(std::span<const Arrival<T, L>* const> arrivals) {
   std::vector<std::pair<double, double>> squares;  // m², as lights were chosen and as by power
-  for (const auto& arrival : arrivals)
-    if (!arrival.has_narrow_lobe && arrival.by_power > 0) {
-      const double moment = square(static_cast<double>(arrival.mass));
+  for (const auto* arrival : arrivals)
+    if (!arrival->has_narrow_lobe && arrival->by_power > T(0)) {
+      const double moment = square(static_cast<double>(arrival->mass));
       squares.emplace_back(moment,
-                           moment * static_cast<double>(arrival.chosen) / static_cast<double>(arrival.by_power));
+                           moment * static_cast<double>(arrival->chosen) / static_cast<double>(arrival->by_power));
     }
   std::sort(squares.begin(), squares.end());
   double moment = 0, by_power = 0;
@@ -304,8 +307,7 @@ inline constexpr double most_relative_moment = 0.4;
 template <Scene Sc, Executor E>
 [[nodiscard]] std::shared_ptr<LearnedLights<Sc>> learn_lights(const Sc& scene, std::uint64_t seed, int max_depth,
                                                               E& executor, double most_moment = most_relative_moment) {
-  using T = ScalarOf<typename Sc::Spectrum>;
-  using Found = std::vector<Arrival<T, typename Sc::Light>>;
+  using Found = std::vector<ArrivalIn<Sc>>;
   constexpr std::size_t part_size = 256;
   constexpr std::uint32_t stream = 6;  // the others: `Engine::Stream`
   const glm::ivec2 size = scene.camera().resolution();
@@ -324,9 +326,14 @@ template <Scene Sc, Executor E>
     }
     parts[part] = found;  // a copy without spare room: memory that was not used before is slow at first
   });
-  const auto all = std::views::join(parts);
+  std::vector<const ArrivalIn<Sc>*> all;
+  all.reserve(std::accumulate(parts.begin(), parts.end(), std::size_t{0},
+                              [](std::size_t sum, const Found& part) { return sum + part.size(); }));
+  for (const Found& part : parts)
+    for (const auto& arrival : part) all.push_back(&arrival);
   auto learned = std::make_shared<LearnedLights<Sc>>();
-  if (receiver_choice_of(scene) == ReceiverChoice::where_it_pays) learned->receiver_gain = receiver_gain(all);
+  if (receiver_choice_of(scene) == ReceiverChoice::where_it_pays)
+    learned->receiver_gain = receiver_gain(std::span(std::as_const(all)));
   if (!(most_moment > 0.0)) return learned;
   learned->guide = guide_from<Sc>(all);
   const double moment = learned->guide.is_empty() ? 1.0 : relative_moment<Sc>(scene, learned->guide, all);
