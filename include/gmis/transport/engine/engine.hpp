@@ -320,14 +320,13 @@ void Engine<Sc, Method_, Source>::measure_light_trees(ExecutorRef executor) {
   std::vector<Census> parts(census_tree_count / chunk_size);
   executor.parallel_for(parts.size(), [&](std::size_t part) {
     Output ignored;
-    typename LightVertexCache<StoredVertex>::Chunk stored;
     if constexpr (has_light_side) {
       LightWalk tree(context, ignored);
       for (std::size_t i = 0; i < chunk_size; ++i) {
+        typename LightVertexCache<StoredVertex>::Chunk stored;
         tree.trace(Source(settings_.seed, 0, static_cast<std::uint32_t>(part * chunk_size + i), census_stream), &stored,
                    &parts[part].children);
         parts[part].stored += stored.size();
-        stored.clear();
       }
     }
   });
