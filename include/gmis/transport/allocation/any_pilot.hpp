@@ -165,6 +165,7 @@ class AnyPilot {
     all.splats.resize(grid.taken().size());
     for (std::vector<float>& splats : all.splats) splats.clear();
     all.kernel_changes.assign(n * grid.tile_count(), 0.0);
+    // The outputs of the camera side come row by row, their pixels thus in the order of `taken()`.
     for (std::size_t o = 0; o < outputs_.size(); ++o) {
       PilotOutput<S>& output = *outputs_[o];
       for (std::size_t c = 0; c < output.missing.size(); ++c) missing_[c] += output.missing[c];
