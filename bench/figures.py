@@ -47,6 +47,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 
@@ -172,6 +173,14 @@ class Project:
 
     def takes_one_processor(self, name):
         return self.registry.get(name, "processors", fallback="all") == "1"
+
+    def lacks(self, name):
+        """Says why the command of a figure cannot run here; None where it can."""
+        variable = self.registry.get(name, "argument", fallback=None)
+        if variable and not os.environ.get(variable):
+            return f"set {variable} to its argument"
+        program = self.registry.get(name, "needs", fallback=None)
+        return f"install {program}" if program and not shutil.which(program) else None
 
     def sources(self, name):
         """The files that a figure depends on, its groups resolved; a word that begins with - takes
@@ -337,6 +346,10 @@ class Project:
         commands = {}
         for figure in figures:
             commands.setdefault(figure.command, []).append(figure)
+        lacking = {command: lack for command, of_command in commands.items() if (lack := self.lacks(of_command[0].name))}
+        for command, lack in lacking.items():  # before hours of work
+            print(f"figures: {command}: skipped, {lack}", file=sys.stderr, flush=True)
+            del commands[command]
         by_minutes = sorted(commands.values(), key=lambda of_command: self.minutes(of_command[0].name))
         beside = [of_command for of_command in reversed(by_minutes) if self.takes_one_processor(of_command[0].name)]
         good = [self.run_command(of_command) for of_command in by_minutes if of_command not in beside]
@@ -345,16 +358,13 @@ class Project:
         faults = self.take_values(write=True)
         for fault in faults:
             print(fault, file=sys.stderr)
-        return all(good) and not faults
+        return all(good) and not faults and not lacking
 
     def run_command(self, figures, is_beside=False):
         """Runs the command of figures; false where it failed, could not run or left one out. With
         `is_beside` others run meanwhile, and what it prints comes when it has ended."""
         command, arguments = figures[0].command, shlex.split(figures[0].command)
         variable = self.registry.get(figures[0].name, "argument", fallback=None)
-        if variable and not os.environ.get(variable):
-            print(f"figures: {command}: skipped, set {variable} to its argument", file=sys.stderr)
-            return False
         arguments += shlex.split(os.environ[variable]) if variable else []
         print(f"figures: {command} (about {self.minutes(figures[0].name):g} minutes)", file=sys.stderr, flush=True)
         ended = subprocess.run(arguments, cwd=self.root, text=True, **({"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT} if is_beside else {}))

@@ -162,6 +162,13 @@ class Figures(unittest.TestCase):
         self.assertFalse(self.project().run([]))
         self.assertIn("without a stamp", self.state())
 
+    def test_what_a_command_lacks_is_said_and_it_does_not_run(self):
+        for lack, said in (("argument = GMIS_TEST_NO_SUCH_VARIABLE", "set GMIS_TEST_NO_SUCH_VARIABLE"), ("needs = no_such_program", "install no_such_program")):
+            self.write("bench/figures.ini", f"{REGISTRY}{lack}\n")
+            self.assertIn(said, self.project().lacks("speed"))
+            self.assertFalse(self.project().run([]))
+            self.assertIn("without a stamp", self.state())
+
     @unittest.skipIf((os.cpu_count() or 1) < 2, "one processor")
     def test_figures_that_take_one_processor_are_made_side_by_side(self):
         names = ("one", "two")
