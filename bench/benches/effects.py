@@ -4,10 +4,10 @@ auto loses by its own choices.
 Every configuration renders every scene for the processor time of 32 iterations of `vcm`, on one
 thread, several seeds; the configurations of a scene take turns, so that a busy machine is fair to
 all. Work is relMSE × processor seconds, so a ratio below 1 means that auto needs less time for the
-same error. The time of an iteration is the least of all seeds that do the same work (auto may
-choose other counts with another seed), since other programs on the machine can only add to it. The
-best fixed configuration is picked on some seeds and scored on others. An interval is one of 90 %,
-from the spread of both over the seeds.
+same error. The time of an iteration is the mean of all timings, over seeds and configurations, of
+iterations that do the same. A fixed configuration that takes 1.5 times the work of the best one in
+a quarter of the time is out. The best one is picked on some seeds and scored on others. An
+interval is one of 90 %, from the spread of both over the seeds and that of the timings.
 
 The regret is auto's work over that of the best of the fixed configurations and of auto with
 emission by power or learned and lights by power or by the light tree, each fixed.
@@ -22,7 +22,7 @@ Writes out/effects/runs.json, and two tables in docs/effects.md: `effects`, of e
 """
 
 import concurrent.futures
-import functools
+import dataclasses
 import hashlib
 import itertools
 import json
@@ -40,7 +40,9 @@ OPTIONS = {"seeds": 4, "size": "128x128", "scenes": ALL}
 DOCUMENT = "docs/effects.md"
 EIGHTEEN = FOURTEEN | FOREIGN
 ITERATIONS_OF_VCM = 32
+HOPELESS = 1.5
 STUDENT_T = (6.314, 2.920, 2.353, 2.132, 2.015, 1.943, 1.895)  # 95 %, for 1, 2 … degrees of freedom
+NORMAL = 1.645  # 95 %
 
 # The reference is by bpt, except in these scenes, where bpt hardly finds some of the paths.
 FOUND_BY_MERGING = {"paper1", "paper3", "paper4", "caustic_pool", "light_behind_glass", "mirror_hall", "mixed", "camera_in_water", "panes",
@@ -105,30 +107,72 @@ def describe(stats):
 
 
 def work_done(stats):
-    """The counts and the use of lights, on which the time of an iteration depends."""
-    return json.dumps([stats["sample_counts"], {key: chosen for key, chosen in stats["light_use"].items() if isinstance(chosen, bool)}], sort_keys=True)
+    """All on which the time of an iteration depends: the counts, the use of lights, the numbers, what
+    is learned, whether there is a pilot."""
+    use = {key: chosen for key, chosen in stats["light_use"].items() if isinstance(chosen, bool)}
+    return json.dumps([stats["sample_counts"], use, stats["sampler"], stats["emission"], stats["lights"], bool(stats.get("choice"))], sort_keys=True)
 
 
-def work(runs, measure):
-    """relMSE × processor seconds of runs with several seeds: its mean and the standard error of its
-    logarithm."""
-    least = {}
-    for run in runs:
-        least[run["did"]] = min(run["seconds an iteration"], least.get(run["did"], math.inf))
-    works = [run[measure] * run["iterations"] * least[run["did"]] for run in runs]
+class Clock:
+    """The processor seconds an iteration, by what is done in it."""
+
+    def __init__(self):
+        self.runs = {}  # seconds, iterations
+
+    def take(self, did, seconds, iterations):
+        self.runs.setdefault(did, []).append((seconds, iterations))
+
+    def pace(self, did):
+        """The seconds of all runs that do the same over their iterations."""
+        return sum(seconds for seconds, _ in self.runs[did]) / sum(iterations for _, iterations in self.runs[did])
+
+    def scatter(self):
+        """The relative standard deviation of the pace of one run, from all that do the same as
+        another."""
+        squares = [(seconds / iterations / self.pace(did) - 1) ** 2 for did, runs in self.runs.items() if len(runs) > 1 for seconds, iterations in runs]
+        return math.sqrt(sum(squares) / sum(len(runs) - 1 for runs in self.runs.values())) if squares else math.inf
+
+    def error(self, dids):
+        """The relative standard error of a mean pace."""
+        return self.scatter() / math.sqrt(sum(len(self.runs[did]) for did in set(dids)))
+
+
+@dataclasses.dataclass
+class Work:
+    """relMSE × processor seconds of a configuration: the mean over seeds, its relative standard
+    errors from the spread over them and from the clock, and all that was done."""
+
+    mean: float
+    spread: float
+    clock: float
+    did: list[str]
+
+
+def work(runs, measure, clock):
+    works, did = [run[measure] * run["iterations"] * clock.pace(run["did"]) for run in runs], sorted({run["did"] for run in runs})
     mean = statistics.fmean(works)
-    return mean, statistics.stdev(works) / mean / math.sqrt(len(works)) if len(works) > 1 else math.inf
+    return Work(mean, statistics.stdev(works) / mean / math.sqrt(len(works)) if len(works) > 1 else math.inf, clock.error(did), did)
 
 
 def ratio(one, other, seeds):
-    """The ratio of two works and its interval of 90 %, by Student's t with as many degrees of
-    freedom as the seeds of one have."""
-    value, spread = one[0] / other[0], STUDENT_T[min(seeds - 1, len(STUDENT_T)) - 1] * math.hypot(one[1], other[1])
+    """The ratio of two works and its interval of 90 %: for the seeds by Student's t with as many
+    degrees of freedom as those of one have, for the clock by the normal distribution. Where both
+    do the same, the clock has no part in it."""
+    value, spread = one.mean / other.mean, STUDENT_T[min(seeds - 1, len(STUDENT_T)) - 1] * math.hypot(one.spread, other.spread)
+    if one.did != other.did:
+        spread = math.hypot(spread, NORMAL * one.clock, NORMAL * other.clock)
     return value, value * math.exp(-spread), value * math.exp(spread)
 
 
+def not_hopeless(works):
+    """The configurations that do not take HOPELESS times the work of the best one by every measure.
+    `works`: by configuration, a work for each measure."""
+    least = [min(of_measure) for of_measure in zip(*works.values())]
+    return [label for label, own in works.items() if any(w < HOPELESS * l for w, l in zip(own, least))]
+
+
 def add_options(parser):
-    parser.add_argument("--reference-time", type=float, default=15, help="seconds of each half of a reference")
+    parser.add_argument("--reference-time", type=float, default=8, help="seconds of each half of a reference")
     parser.add_argument("--picking-seeds", type=int, default=2)
 
 
@@ -138,44 +182,43 @@ def compare(options, pool, name):
     names of the best, the works by measure and configuration, the statistics and pictures of the
     runs of auto, and the references."""
     references = references_of(options, pool, name)
-    candidates, others = POOLS["any"], PLAIN if name in EIGHTEEN else {"auto": PLAIN["auto"]}
+    candidates, others = POOLS["any"], PLAIN if name in EIGHTEEN else {"auto": PLAIN["auto"], OLD: PLAIN[OLD]}
     configurations = candidates | others
+    clock = Clock()
 
-    def cost(extra, iterations):  # processor seconds
-        pace = options.out / f"{name}_pace"
-        return render(options, name, [*extra, "--iterations", str(iterations)], pathlib.Path(f"{pace}.json"))["seconds"]["cpu"]
-
-    @functools.cache
-    def seconds():
-        return cost(PLAIN[OLD], ITERATIONS_OF_VCM)
-
-    @functools.cache
-    def iterations(label):
-        extra = configurations[label]
-        tried = 32 if "auto" in extra else 8
-        return max(4, round(tried * seconds() / cost(extra, tried)))
-
-    def start(label, seed):
+    def run_one(label, iterations, seed):
         stats = options.out / f"{name}_{label.replace(' ', '_').replace(',', '')}_{seed}.json"
-        extra = [*configurations[label], "--iterations", str(iterations(label)), "--seed", str(seed)]
-        return pool.submit(render, options, name, extra, stats), stats.with_suffix(".pfm")
+        picture = stats.with_suffix(".pfm")
+        facts = render(options, name, [*configurations[label], "--iterations", str(iterations), "--seed", str(seed)], stats)
+        did = work_done(facts)
+        clock.take(did, facts["seconds"]["cpu"], iterations)
+        return dict(zip(MEASURES, errors.relmse(read_pfm(picture), references))) | {"did": did, "iterations": iterations, "stats": facts, "picture": picture}
 
-    def runs_of(labels, seeds):  # they take turns
-        for label in labels:  # the paces first: no run stands beside one
-            iterations(label)
-        jobs = {(label, seed): start(label, seed) for seed in seeds for label in labels}
-        return {label: [(jobs[label, seed][0].result(), jobs[label, seed][1]) for seed in seeds] for label in labels}
+    def runs_of(labels, seeds, iterations_of):  # they take turns
+        counts = {label: iterations_of(label) for label in labels}
+        jobs = [(label, pool.submit(run_one, label, counts[label], seed)) for seed in seeds for label in counts]
+        runs = {label: [] for label in counts}
+        for label, job in jobs:
+            runs[label].append(job.result())
+        return runs
 
-    def scored(runs):
-        return [dict(zip(MEASURES, errors.relmse(read_pfm(picture), references))) | {
-            "did": work_done(stats), "iterations": stats["iterations"], "seconds an iteration": stats["seconds"]["cpu"] / stats["iterations"]}
-            for stats, picture in runs]
+    picking = range(options.picking_seeds)
+    scoring = range(picking.stop, picking.stop + options.seeds)
+    tried = runs_of(configurations, [scoring.stop],
+                    lambda label: ITERATIONS_OF_VCM if label == OLD or "auto" in configurations[label] else ITERATIONS_OF_VCM // 4)
 
-    picked = {label: scored(runs) for label, runs in runs_of(candidates, range(options.picking_seeds)).items()}
-    best = {(of, m): min(labels, key=lambda label: work(picked[label], m)[0]) for of, labels in POOLS.items() for m in MEASURES}
-    runs = runs_of(dict.fromkeys([*best.values(), *others]), range(options.picking_seeds, options.picking_seeds + options.seeds))
-    figures = {label: scored(of_label) for label, of_label in runs.items()}
-    return best, {(m, label): work(of_label, m) for m in MEASURES for label, of_label in figures.items()}, runs["auto"], references
+    def iterations(label):
+        """The number of iterations that take as long as those of OLD."""
+        return max(4, round(ITERATIONS_OF_VCM * clock.pace(tried[OLD][0]["did"]) / clock.pace(tried[label][0]["did"])))
+
+    hopeful = not_hopeless({label: [work(tried[label], m, clock).mean for m in MEASURES] for label in FIXED})
+    kept, plain = [*hopeful, *OPEN], others if name in EIGHTEEN else ["auto"]
+    picked = runs_of([*kept, *plain], picking, iterations)  # the plain ones for their timings
+    best = {(of, m): min((label for label in kept if label in labels), key=lambda label: work(picked[label], m, clock).mean)
+            for of, labels in POOLS.items() for m in MEASURES}
+    runs = runs_of([*best.values(), *plain], scoring, iterations)
+    works = {(m, label): work(of_label, m, clock) for m in MEASURES for label, of_label in runs.items()}
+    return best, works, [(run["stats"], run["picture"]) for run in runs["auto"]], references
 
 
 def bounds_held(options, name, runs, references):
@@ -236,7 +279,7 @@ def run(options):
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for name in options.scenes:
             best, works, of_auto, references = compare(options, pool, name)
-            all_runs[name] = {f"{m} {label}": value for (m, label), value in works.items()}
+            all_runs[name] = {f"{m} {label}": dataclasses.asdict(value) for (m, label), value in works.items()}
             choice, share = describe(of_auto[0][0])
             row = {"name": name, "choice": choice, "pilot": share, "best": best, "bounds": bounds_held(options, name, of_auto, references)}
             for m in MEASURES:
