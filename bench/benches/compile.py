@@ -1,11 +1,10 @@
 """The cost of compiling: processor seconds at -O2, their ratio to those of
 examples/one_dimension.cpp, text in kB, and peak memory in MB.
 
-With g++ and, where it is installed, clang++ (but for the whole program), without a compiler cache.
-A time is the least of --runs compilations, as many for each program. The first program is compiled
-before each of them, and the ratio is the median of those to it: a machine that grows slower slows
-both. A whole program is the sum of its files, compiled once, and the memory is that of the largest.
-Writes the table in docs/your-renderer.md.
+With g++ and, where it is installed, clang++, without a compiler cache. A time is the least of
+--runs compilations, as many for each program. The first program is compiled before each of them,
+and the ratio is the median of those to it: a machine that grows slower slows both. Writes the table
+in docs/your-renderer.md.
 
   --check        compiles with the default compiler, several at a time, and compares text with that
                  kept in bench/compile.txt: fails where it grew by more than 2 %. Seconds are not
@@ -14,11 +13,8 @@ Writes the table in docs/your-renderer.md.
 """
 
 import dataclasses
-import json
 import os
 import pathlib
-import re
-import shlex
 import shutil
 import statistics
 import subprocess
@@ -30,7 +26,6 @@ DOCUMENT = "docs/your-renderer.md"
 KEPT = pathlib.Path("bench/compile.txt")
 LIMIT = 1.02
 FLAGS = ["-std=c++20", "-O2", "-ffp-contract=off", "-I", "include", "-I", "examples"]
-WHOLE_PRESET, WHOLE_TARGET = "bench", "gmis-render"
 
 
 @dataclasses.dataclass
@@ -52,7 +47,6 @@ PROGRAMS = [
     Program("`Render` over an adapter, with `gmis::compiled`", "examples/bring_your_own/main.cpp", flags=("-DGMIS_COMPILED",), is_checked=False),
     Program("`examples/render_a_scene.cpp`", "examples/render_a_scene.cpp"),
     Program("`examples/render_a_scene.cpp`, with `gmis::compiled`", "examples/render_a_scene.cpp", flags=("-DGMIS_COMPILED",), is_checked=False),
-    Program("lamps chosen for their receiver", "examples/many_lights/main.cpp", is_checked=False),
     Program("Embree's intersector", "examples/embree/main.cpp", header="embree3/rtcore.h", is_checked=False),
 ]
 
@@ -89,34 +83,6 @@ def measure_beside_first(options, compiler, program):
     return min(seconds), statistics.median(costs[0] / first[0] for first, costs in pairs), text[0], max(megabytes)
 
 
-def measure_whole(options, compiler):
-    """Seconds, ratio, text, megabytes of all files of gmis-render and of the libraries it links,
-    from a clean folder. The first program is compiled before every tenth of them."""
-    subprocess.run(["cmake", "--preset", WHOLE_PRESET, "--log-level=WARNING"], check=True, stdout=subprocess.DEVNULL)
-    folder = pathlib.Path("build") / WHOLE_PRESET
-    built = subprocess.run(["ninja", "-C", folder, "-t", "inputs", WHOLE_TARGET], check=True, capture_output=True, text=True).stdout.split()
-    objects = {word for word in built if word.endswith(".o")}
-    seconds, megabytes, text, files, first = 0.0, 0.0, 0, 0, []
-    for entry in json.loads((folder / "compile_commands.json").read_text()):
-        words = shlex.split(entry["command"])
-        if words[words.index("-o") + 1] not in objects:
-            continue
-        words = words[next(i for i, word in enumerate(words) if re.search(r"(g\+\+|clang\+\+|c\+\+)[-\d.]*$", word)) + 1:]
-        words = words[:words.index("-o")]
-        drop = ("-O", "-march") if compiler == "g++" else ("-O", "-march", "--param", "-fno-tree-slp-vectorize", "-fpch-preprocess", "-no-pie")
-        words = [word for word in words if not word.startswith(drop)]
-        # A precompiled header is another compiler's, or one of other options.
-        if any("cmake_pch" in word for word in words):
-            header = next(i for i, word in enumerate(words) if "cmake_pch" in word)
-            del words[header - 1:header + 1]
-        words = [word for word in words if word != "-Winvalid-pch"]
-        if files % 10 == 0:
-            first.append(measure(options, compiler, FIRST)[0])
-        costs = compiled([compiler, *words, "-O2", "-c", entry["file"]], (options.out / "program.o").resolve())
-        seconds, megabytes, text, files = seconds + costs[0], max(megabytes, costs[1]), text + costs[2], files + 1
-    return seconds, seconds / statistics.mean(first), text, megabytes
-
-
 def kept_figures():
     lines = KEPT.read_text().splitlines() if KEPT.exists() else ["", "#"]
     return lines[1][2:], {line.split("  ", 1)[1]: int(line.split("  ", 1)[0]) for line in lines if line and not line.startswith("#")}
@@ -149,8 +115,8 @@ def keep(options):
 
 
 def add_options(parser):
-    parser.add_argument("--runs", type=int, default=3, help="compilations of each program (3)")
-    parser.add_argument("--programs", nargs="+", help="words of the names of some programs; `whole` for all of gmis-render")
+    parser.add_argument("--runs", type=int, default=2, help="compilations of each program (2)")
+    parser.add_argument("--programs", nargs="+", help="words of the names of some programs")
     parser.add_argument("--compilers", nargs="+", default=["g++", "clang++"])
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--keep", action="store_true")
@@ -163,21 +129,13 @@ def run(options):
     compilers = [compiler for compiler in options.compilers if shutil.which(compiler)]
     table = Table("", *(f"{compiler}: {what}" for compiler in compilers for what in ("seconds", "ratio", "text, kB", "peak, MB")), numbers_from=1)
 
-    def add(name, costs_of):
-        cells = []
-        for compiler in compilers:
-            if not (costs := costs_of(compiler)):
-                cells += [""] * 4
-                continue
-            seconds, ratio, text, megabytes = costs
-            cells += [f"{seconds:.1f}", f"{ratio:.1f}", f"{text / 1000:.0f}", f"{megabytes:.0f}"]
-        table.add(name, *cells)
-
     for program in PROGRAMS:
         if wanted(program.name) and is_there(program):
-            add(program.name, lambda compiler, p=program: measure_beside_first(options, compiler, p))
-    if wanted("whole gmis-render"):
-        add("all of `gmis-render`", lambda compiler: measure_whole(options, compiler) if compiler == compilers[0] else None)
+            cells = []
+            for compiler in compilers:
+                seconds, ratio, text, megabytes = measure_beside_first(options, compiler, program)
+                cells += [f"{seconds:.1f}", f"{ratio:.1f}", f"{text / 1000:.0f}", f"{megabytes:.0f}"]
+            table.add(program.name, *cells)
     versions = ", ".join(subprocess.run([c, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0] for c in compilers)
     table.note(f"At -O2, without a compiler cache. {versions}.")
     publish(options, table, DOCUMENT)
