@@ -50,6 +50,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import time
 
 PROJECT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(PROJECT / "tests/words"))
@@ -144,6 +145,10 @@ def unmarked_tables(text):
             if is_of_numbers(lines[start + 2 : k]) and not EXEMPT.fullmatch(lines[start - 1]):
                 yield start + 1
             start = None
+
+
+def minutes_since(begun):
+    return f"{(time.monotonic() - begun) / 60:.1f} minutes"
 
 
 @contextlib.contextmanager
@@ -338,6 +343,7 @@ class Project:
         """Runs the commands of figures, each once: first those that take all processors, cheapest
         first, then those that take one (`processors = 1` in the registry), longest first and as
         many at a time as there are processors. False where one failed or could not run."""
+        begun = time.monotonic()
         figures = [figure for figure in self.figures() if not names or figure.name in names]
         unknown = set(names) - {figure.name for figure in figures}
         if unknown:
@@ -355,6 +361,7 @@ class Project:
         good = [self.run_command(of_command) for of_command in by_minutes if of_command not in beside]
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as lanes:
             good += lanes.map(lambda of_command: self.run_command(of_command, is_beside=len(beside) > 1), beside)
+        print(f"figures: all took {minutes_since(begun)}", file=sys.stderr, flush=True)
         faults = self.take_values(write=True)
         for fault in faults:
             print(fault, file=sys.stderr)
@@ -367,9 +374,11 @@ class Project:
         variable = self.registry.get(figures[0].name, "argument", fallback=None)
         arguments += shlex.split(os.environ[variable]) if variable else []
         print(f"figures: {command} (about {self.minutes(figures[0].name):g} minutes)", file=sys.stderr, flush=True)
+        begun = time.monotonic()
         ended = subprocess.run(arguments, cwd=self.root, text=True, **({"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT} if is_beside else {}))
         if ended.stdout:
             print(f"figures: {command}:\n{ended.stdout}", end="", flush=True)
+        print(f"figures: {command} took {minutes_since(begun)}", file=sys.stderr, flush=True)
         if ended.returncode != 0:
             print(f"figures: {command} failed", file=sys.stderr)
             return False
