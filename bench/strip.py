@@ -49,7 +49,7 @@ def main():
     parser.add_argument("--scene", default="paper1")
     parser.add_argument("--size", type=int, default=256)
     parser.add_argument("--time", type=float, default=20)
-    parser.add_argument("--reference-time", type=float, default=300)
+    parser.add_argument("--reference-time", type=float, default=150)
     parser.add_argument("--first-render", metavar="PROGRAM", help="make the picture of examples/first_render.cpp, too")
     parser.add_argument("--document", type=pathlib.Path, help="write into this page alone")
     options = parser.parse_args()

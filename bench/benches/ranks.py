@@ -17,7 +17,7 @@ import subprocess
 from measuring import ALL, Table, publish
 
 PROGRAM = "gmis-render-mpi"
-OPTIONS = {"runs": 3, "size": "512x512", "iterations": 64}
+OPTIONS = {"runs": 3, "size": "512x512", "iterations": 24}
 DOCUMENT = "docs/many-machines.md"
 
 

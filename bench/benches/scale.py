@@ -56,7 +56,7 @@ def wall_of(phase, runs):
 def wall_seconds(options, scene, threads, processes):
     """Wall time of several runs at once."""
     files = [options.out / f"stats_{k}.json" for k in range(processes)]
-    begun = [subprocess.Popen([options.program, scene, "--integrator", "vcm", "--connections", "paired", "--size", "256x256", "--iterations", "64", "--threads",
+    begun = [subprocess.Popen([options.program, scene, "--integrator", "vcm", "--connections", "paired", "--size", "256x256", "--iterations", "32", "--threads",
                                str(threads), "--quiet", "--stats", str(file), "--out", str(file.with_suffix(".pfm"))], stdin=subprocess.DEVNULL) for file in files]
     if any([run.wait() for run in begun]):
         raise SystemExit("a run failed")
@@ -71,7 +71,7 @@ def threads_table(options):
         ratio = statistics.median(times[0] / times[1] for times in rounds)
         given = statistics.median(2 * times[0] / times[2] for times in rounds)
         table.add(scene, f"{one:.1f}", f"{two:.1f}", f"{ratio:.2f}", f"{given:.2f}")
-    table.note(f"256x256 pixels, vcm, 64 iterations; wall time with all estimates of the error, medians of {options.runs} rounds.")
+    table.note(f"256x256 pixels, vcm, 32 iterations; wall time with all estimates of the error, medians of {options.runs} rounds.")
     publish(options, table, DOCUMENT, "threads")
 
 

@@ -88,7 +88,7 @@ def references_of(program, options, scene):
 
 def add_options(parser):
     parser.add_argument("checkout", type=pathlib.Path, help="of SmallVCM")
-    parser.add_argument("--reference-iterations", type=int, default=2000, help="of each picture that SmallVCM makes for comparison")
+    parser.add_argument("--reference-iterations", type=int, default=1000, help="of each picture that SmallVCM makes for comparison")
 
 
 def run(options):
