@@ -107,8 +107,8 @@ def describe(stats):
 
 
 def work_done(stats):
-    """All on which the time of an iteration depends: the counts, the use of lights, the numbers, what
-    is learned, whether there is a pilot."""
+    """All on which the time of an iteration depends: the counts, the use of lights, the numbers,
+    what is learned, whether there is a pilot."""
     use = {key: chosen for key, chosen in stats["light_use"].items() if isinstance(chosen, bool)}
     return json.dumps([stats["sample_counts"], use, stats["sampler"], stats["emission"], stats["lights"], bool(stats.get("choice"))], sort_keys=True)
 
