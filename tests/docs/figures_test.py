@@ -3,6 +3,8 @@
 Usage: figures_test.py [unittest's options]
 """
 
+import contextlib
+import io
 import os
 import pathlib
 import shutil
@@ -106,7 +108,9 @@ class Figures(unittest.TestCase):
         self.assertIn("have changed", self.state())
 
     def test_run_measures_stamps_and_takes_values(self):
-        self.assertTrue(self.project().run(["speed"]))
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            self.assertTrue(self.project().run(["speed"]))
+        self.assertRegex(said.getvalue(), r"\./measure took 0\.\d minutes\nfigures: all took 0\.\d minutes")
         self.assertIsNone(self.state())
         text = self.page.read_text()
         self.assertIn("geometric mean: error -->0.25<!-- /value -->", text)
