@@ -1,13 +1,13 @@
 """The mean of the picture that --integrator auto makes, over that of an unbiased one.
 
 Every scene is rendered with several seeds by auto, and by bidirectional path tracing, which merges
-nothing, until its mean is known to three tenths of a per cent or it has had its time. Where
-caustics of point, spot or directional lights are seen in mirrors or through glass, which it cannot
-make, gmis with a quarter of its merging radius takes its place. Lights are chosen for their
-receiver in both: which light is sampled has no part in this. The standard error of the ratio is
-from the spread between the seeds of both. A scene passes when auto's mean is within two standard
-errors or half a per cent of the other; where the standard error itself is above half a per cent the
-table says so, for then passing means little.
+nothing, until its mean is known to a fifth of a per cent or it has had its time. Where caustics of
+point, spot or directional lights are seen in mirrors or through glass, which it cannot make, gmis
+with a quarter of its merging radius takes its place. Lights are chosen
+for their receiver in both: which light is sampled has no part in this. The standard error of the
+ratio is from the spread between the seeds of both. A scene passes when auto's mean is within two
+standard errors or half a per cent of the other; where the standard error itself is above half a per
+cent the table says so, for then passing means little.
 
 Writes the table in docs/effects.md.
 """
@@ -22,7 +22,7 @@ PROGRAM = "gmis-render"
 OPTIONS = {"seeds": 6, "size": "128x128", "iterations": 48, "scenes": TWENTY_FOUR}
 DOCUMENT = "docs/effects.md"
 OUT_OF_REACH = ("mixed", "paper4")  # of bidirectional path tracing
-ENOUGH = 0.003  # relative standard error at which the unbiased mean is known
+ENOUGH = 0.002  # relative standard error at which the unbiased mean is known
 LIMIT = 0.005
 
 
