@@ -10,6 +10,7 @@ import pathlib
 import shutil
 import sys
 import tempfile
+import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "bench"))
@@ -115,6 +116,9 @@ class Figures(unittest.TestCase):
         text = self.page.read_text()
         self.assertIn("geometric mean: error -->0.25<!-- /value -->", text)
         self.assertEqual(self.project().check(), [])
+
+    def test_minutes_are_sixty_seconds(self):
+        self.assertEqual(figures.minutes_since(time.monotonic() - 90), "1.5 minutes")
 
     def confirm(self, before, ratios, but=(), only_fixed=False):
         project = self.project()
