@@ -1,14 +1,12 @@
-"""Instructions an iteration of all integrators and error an iteration of pt, bpt and vcm on svcm0
-and svcm1 (128×128, 10 segments), beside the figures of SmallVCM for the same settings, which are
-kept in this file.
+"""Instructions an iteration of all integrators on svcm0 and svcm1 (128×128, 10 segments), beside
+those of SmallVCM for the same settings, which are kept in this file.
 
-Instructions, counted by callgrind, because seconds differ from machine to machine: the difference
+They are counted by callgrind, because seconds differ from machine to machine: the difference
 between runs of 3 and of 1 iterations, so that reading the scene and building its tree do not count.
 
-  instructions   also writes its table into docs/smallvcm.md
+  instructions   writes its table into docs/smallvcm.md
   parts          where the instructions go, by part of the library (instruction_parts.py); also
                  writes its table into docs/smallvcm.md
-  errors         relMSE after 1, 4, 16 and 64 iterations
   --check        counts small pictures anew (instructions/main.cpp: the engines alone) and compares
                  with the figures kept in bench/instructions.txt: fails when one is above by more
                  than 1 %. The level of the processor is fixed (preset bench: x86-64-v3), and
@@ -18,13 +16,11 @@ between runs of 3 and of 1 iterations, so that reading the scene and building it
 """
 
 import pathlib
-import statistics
 import sys
 
 import instruction_parts
-from measuring import Table, build, compiler_name, has_avx2, in_parallel, instructions_between, publish, render
+from measuring import Table, build, compiler_name, has_avx2, in_parallel, instructions_between, publish
 
-OPTIONS = {"seeds": 8}
 DOCUMENT = "docs/smallvcm.md"
 KEPT = pathlib.Path("bench/instructions.txt")
 REFERENCE = "tests/program/reference"
@@ -39,21 +35,9 @@ OF_MERGING = "--alpha 0.75 --radius 0.00665118u"
 # Millions of instructions an iteration of SmallVCM, in the order of INTEGRATORS.
 SMALLVCM_INSTRUCTIONS = {"svcm0": (203, 112, 145, 283, 385, 414), "svcm1": (223, 207, 201, 334, 572, 608)}
 
-# relMSE of SmallVCM after 1, 4, 16 and 64 iterations, and without the worst 0.1 % of the pixels
-# (means of 3 seeds).
-ITERATIONS = (1, 4, 16, 64)
-SMALLVCM_ERRORS = {
-    ("svcm0", "pt"): ((2.42, .429), (.599, .228), (.171, .123), (.0749, .0688)),
-    ("svcm0", "bpt"): ((1.91, .491), (.446, .164), (.204, .0548), (.0417, .0232)),
-    ("svcm0", "vcm"): ((1.38, .604), (.464, .205), (.0995, .0638), (.0335, .0231)),
-    ("svcm1", "pt"): ((17.1, 2.44), (4.16, 2.23), (1.03, .838), (.248, .222)),
-    ("svcm1", "bpt"): ((1.80, .165), (.468, .0518), (.108, .0312), (.0265, .0163)),
-    ("svcm1", "vcm"): ((.319, .191), (.0902, .0652), (.0243, .0198), (.0073, .0060)),
-}
-
 
 def add_options(parser):
-    parser.add_argument("what", nargs="?", choices=("both", "instructions", "parts", "errors"), default="both")
+    parser.add_argument("what", nargs="?", choices=("instructions", "parts"), default="instructions")
     parser.add_argument("--check", action="store_true")
     parser.add_argument("--keep", action="store_true")
 
@@ -118,21 +102,6 @@ def count(options, program):
     publish(options, table, DOCUMENT)
 
 
-def errors(options, program):
-    options.program = program
-    table = Table("scene", "integrator", "iterations", "relMSE", "trimmed", "SmallVCM", "trimmed", numbers_from=2)
-    for (scene, integrator), theirs in SMALLVCM_ERRORS.items():
-        for iterations, reference in zip(ITERATIONS, theirs):
-            rows = [render(options, scene, how(integrator), SETTINGS, f"--iterations {iterations} --seed {seed}",
-                           f"--reference {REFERENCE}/{scene}.pfm")["error"] for seed in range(1, options.seeds + 1)]
-            trimmed = [row["relmse_trimmed"] for row in rows]
-            spread = statistics.stdev(trimmed) / len(trimmed)**0.5 if len(trimmed) > 1 else 0
-            table.add(scene, integrator, iterations, f"{statistics.fmean(row['relmse'] for row in rows):.4f}",
-                      f"{statistics.fmean(trimmed):.4f} ± {spread:.4f}", *reference)
-    table.note(f"Means of {options.seeds} seeds ± their standard error.")
-    publish(options, table, name="errors")
-
-
 def run(options):
     if not has_avx2():
         print("instructions: this processor has no AVX2: nothing is counted", file=sys.stderr)
@@ -145,9 +114,4 @@ def run(options):
         return (check if options.check else keep)(build("instruction_counts"))
     if options.what == "parts":
         return publish(options, instruction_parts.table(build("instruction_counts")), DOCUMENT, "parts")
-    program = build("gmis-render")
-    if options.what != "errors":
-        count(options, program)
-    if options.what != "instructions":
-        errors(options, program)
-    return 0
+    return count(options, build("gmis-render"))
